@@ -316,15 +316,17 @@ def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:
         scalars["obstacle"] = geometry.values("contact_obstacle")
     else:
         places, (normal, friction) = geometry.contact_point(k)[None], geometry.contact_forces(k)
-        vectors = {"velocity": np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)])[None]}
-        vectors |= {"contact_force": (normal + friction)[None]}
-        vectors |= {"normal_force": normal[None], "friction_force": friction[None]}
+        vectors = {
+            "velocity": np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)])[None],
+            "contact_force": (normal + friction)[None],
+            "normal_force": normal[None],
+            "friction_force": friction[None],
+        }
         names = ("gap", "depth", "gap_rate", "slip_rate", "state")
         scalars = {name: np.atleast_1d(geometry.value(name, k)) for name in names}
     mesh = pv.PolyData(np.insert(places, 2, 0.0, axis=1))
-    for name, vector in vectors.items():
-        mesh.point_data[name] = np.insert(vector, 2, 0.0, axis=1)
-    mesh.point_data.update(scalars)
+    for name, values in (vectors | scalars).items():
+        mesh.point_data[name] = np.insert(values, 2, 0.0, axis=1) if name in vectors else values
     return mesh
 
 

@@ -16,7 +16,7 @@ from oblique_impact.files import prepare_folder
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
-from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
+from oblique_impact.validation.checks.registry import Check, Evidence, all_checks
 from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell
 from oblique_impact.validation.studies.parallel import map_parallel
 
@@ -77,17 +77,17 @@ def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[R
     """Rows of all measurements."""
     return [
         Result(
-            id=f"{check.id}.{m.name}" if m.name else check.id,
-            group=check.group.id,
-            problem=check.problem,
-            quantity=m.quantity,
-            computed=float(m.computed),
-            reference=float(m.reference),
-            unit=m.unit,
-            error=m.error,
-            tolerance=float(m.tolerance),
-            verdict=m.verdict,
-            source=m.source,
+            f"{check.id}.{m.name}" if m.name else check.id,
+            check.group.id,
+            check.problem,
+            m.quantity,
+            float(m.computed),
+            float(m.reference),
+            m.unit,
+            m.error,
+            float(m.tolerance),
+            m.verdict,
+            m.source,
         )
         for check in checks
         for m in evidence[check.id].measurements
@@ -153,9 +153,18 @@ def validate(
 def _report(
     checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], command: str, seconds: float
 ) -> Report:
-    groups = dict.fromkeys(check.group for check in checks)
-    by_group = {group: [r for r in results if r.group == group.id] for group in groups}
-    blocks_by_group = [_blocks([c for c in checks if c.group == group], evidence, results) for group in groups]
+    rows, ratios, sections = [], [], []
+    for group in dict.fromkeys(check.group for check in checks):
+        own = [result for result in results if result.group == group.id]
+        failed = sum(result.verdict == "fail" for result in own)
+        verdict, ratio = "fail" if failed else "pass", _ratios(own)
+        numbers = [len({result.check for result in own}), len(own), len(own) - failed]
+        worst = cell(float(np.max(np.nan_to_num(ratio, nan=np.inf), initial=0.0)), 2)
+        rows.append([group.title, Cell(group.id, "code"), *numbers, worst, Cell(verdict, verdict)])
+        ratios.append((group.title, ratio))
+        blocks = [block for check in checks if check.group == group for block in _blocks(check, evidence, own)]
+        sections.append(Section(group.title, blocks, verdict, counts(own), opened=failed > 0))
+    columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
     return Report(
         "Validation of oblique-impact",
         f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
@@ -163,16 +172,9 @@ def _report(
         "most its tolerance.",
         command,
         seconds,
-        overview=_overview(by_group),
-        sections=[
-            Section(group.title, blocks, _verdict(own), counts(own), opened=_verdict(own) == "fail")
-            for (group, own), blocks in zip(by_group.items(), blocks_by_group, strict=True)
-        ],
+        overview=[Table(columns, rows, "Groups"), tolerance_figure(ratios)],
+        sections=sections,
     )
-
-
-def _verdict(results: Sequence[Result]) -> str:
-    return "fail" if any(result.verdict == "fail" for result in results) else "pass"
 
 
 def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
@@ -183,40 +185,21 @@ def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
     )
 
 
-def _overview(by_group: dict[Group, list[Result]]) -> list[Block]:
-    rows = []
-    for group, results in by_group.items():
-        passed = sum(result.verdict == "pass" for result in results)
-        worst = float(np.max(np.nan_to_num(_ratios(results), nan=np.inf), initial=0.0))
-        verdict = _verdict(results)
-        checks = len({result.check for result in results})
-        numbers = [checks, len(results), passed, cell(worst, 2)]
-        rows.append([group.title, Cell(group.id, "code"), *numbers, Cell(verdict, verdict)])
-    columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
-    picture = tolerance_figure([(group.title, _ratios(results)) for group, results in by_group.items()])
-    return [Table(columns, rows, "Groups"), picture]
-
-
-def _blocks(checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result]) -> list[Block]:
-    blocks: list[Block] = []
-    columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
-    for check in checks:
-        mine = [r for r in results if r.check == check.id]
-        sources = list(dict.fromkeys(r.source for r in mine if r.source))
-        table = Table(columns, [_row(result) for result in mine], wide=(1,))
-        reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
-        blocks += [Text(check.problem), table, reference, *evidence[check.id].pictures]
-    return blocks
-
-
-def _row(result: Result) -> list[Cell | str]:
-    return [
-        Cell(result.id, "code"),
-        result.quantity,
-        cell(result.computed, 9),
-        cell(result.reference, 9),
-        "–" if result.unit == "1" else result.unit,
-        cell(result.error, 2),
-        cell(result.tolerance, 2),
-        Cell(result.verdict, result.verdict),
+def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Result]) -> list[Block]:
+    """Return the problem of a check, its measurements, their references and pictures."""
+    mine = [result for result in results if result.check == check.id]
+    rows = [
+        [
+            Cell(r.id, "code"),
+            r.quantity,
+            *(cell(value, 9) for value in (r.computed, r.reference)),
+            "–" if r.unit == "1" else r.unit,
+            *(cell(value, 2) for value in (r.error, r.tolerance)),
+            Cell(r.verdict, r.verdict),
+        ]
+        for r in mine
     ]
+    columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
+    sources = list(dict.fromkeys(r.source for r in mine if r.source))
+    reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
+    return [Text(check.problem), Table(columns, rows, wide=(1,)), reference, *evidence[check.id].pictures]
