@@ -14,8 +14,7 @@ from oblique_impact import InputError, Scenario
 from oblique_impact.validation import refine
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
 from oblique_impact.validation.studies.ladders import AXES, Ladder, Study, sizes_of
-from oblique_impact.validation.studies.refinement import declared_orders, lines
-from oblique_impact.validation.studies.refinement_report import level_frame, report
+from oblique_impact.validation.studies.refinement import declared_orders, level_frame, lines, report
 from oblique_impact.validation.studies.shipped import STUDIES, predictability_cases, shipped_study
 
 PAPER = Scenario.builtin("paper")

@@ -18,8 +18,8 @@ from scipy.optimize import brentq
 
 from oblique_impact.validation.report import number
 
-#: safety factors of the grid convergence index: three levels or more, two levels
-SAFETY, SAFETY_OF_TWO = 1.25, 3.0
+#: safety factor of the grid convergence index of three levels or more
+SAFETY = 1.25
 #: relative grid convergence index at which a quantity counts as converged, unless the user says otherwise
 TOLERANCE = 1e-3
 #: two orders that differ by no more than this part agree
@@ -53,8 +53,7 @@ RULE = (
     "three levels solves (r₃₂ᵖ − 1)/(r₂₁ᵖ − 1) · r₂₁ᵖ = d₃₂/d₂₁, the fixed-point equation of ASME V&V 20 for "
     "any ratios r of refinement; it is negative for differences that grow, and does not exist where their "
     f"signs alternate. The Richardson limit is f₁ + d₂₁/(r₂₁ᵖ − 1), the grid convergence index GCI = {SAFETY} "
-    f"|d₂₁|/(r₂₁ᵖ − 1). Of two levels alone it is {SAFETY_OF_TWO:g} |d₂₁|/(r₂₁ᵖ − 1) with the declared order (1 "
-    "if none is declared).",
+    "|d₂₁|/(r₂₁ᵖ − 1).",
     f"An order is confirmed if it is at least {LOWEST_ORDER} and the orders of the two finest triplets agree "
     f"within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for this "
     "quantity. Only then is the GCI the uncertainty (with p no higher than declared). Otherwise the "
@@ -84,8 +83,6 @@ class Analysis:
     #: grid_convergence_index (unit of the value) of it with the two before, above_noise (whether both differences
     #: are well above the noise); NaN where there is none, as where the differences have different signs
     levels: pd.DataFrame
-    #: grid convergence index of the last two levels alone (safety factor 3); NaN without two
-    two_level_index: float
     #: changes up to this mean nothing (unit of the value)
     noise: float
     #: `CONVERGED`, `CONVERGING`, `NOT_CONVERGING`, `NOT_CONFIRMED`, `NOT_DETERMINED` or `NO_VERDICT`
@@ -178,9 +175,9 @@ def richardson_limit(fine: float, difference: float, ratio: float, order: float)
     return fine + difference / math.expm1(order * math.log(ratio))
 
 
-def grid_convergence_index(difference: float, ratio: float, order: float, safety: float = SAFETY) -> float:
-    """Grid convergence index Fs |d21|/(r21^p - 1), in the unit of the difference, for an order p > 0."""
-    return safety * abs(difference) / math.expm1(order * math.log(ratio))
+def grid_convergence_index(difference: float, ratio: float, order: float) -> float:
+    """Grid convergence index 1.25 |d21|/(r21^p - 1), in the unit of the difference, for an order p > 0."""
+    return SAFETY * abs(difference) / math.expm1(order * math.log(ratio))
 
 
 def analyse(
@@ -230,9 +227,6 @@ def analyse(
             if p > 0.0:
                 limits[i] = richardson_limit(f[i], d[i], ratio, p)
                 indices[i] = grid_convergence_index(d[i], ratio, p)
-    pair = math.nan
-    if count > 1 and known[-2:].all():
-        pair = grid_convergence_index(d[-1], float(h[-2] / h[-1]), declared or 1.0, SAFETY_OF_TWO)
     bound = tolerance * max(abs(float(f[-1])), scale) if known[-1] else 0.0
     levels = pd.DataFrame(
         {
@@ -245,7 +239,7 @@ def analyse(
             "above_noise": above,
         }
     )
-    return _verdict(Analysis(levels, pair, floor), bound, declared)
+    return _verdict(Analysis(levels, floor), bound, declared)
 
 
 def _verdict(a: Analysis, bound: float, declared: float | None) -> Analysis:
