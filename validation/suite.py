@@ -174,6 +174,7 @@ def _report(
         seconds,
         overview=[Table(columns, rows, "Groups"), tolerance_figure(ratios)],
         sections=sections,
+        filtered=True,
     )
 
 

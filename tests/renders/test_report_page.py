@@ -1,4 +1,4 @@
-"""Report pages in a browser: nothing scrolls sideways, verdicts are seen, folding, theme, print."""
+"""Report pages in a browser: nothing scrolls sideways, verdicts are seen, filter, folding, theme, print."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def file(tmp_path_factory):
         Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
     ]
     command = ("command", "oblique-impact validate --out " + "a" * 300)
-    report = Report("Title", "Lead.", command=command[1], sections=sections)
+    report = Report("Title", "Lead.", command=command[1], sections=sections, filtered=True)
     return report.write(tmp_path_factory.mktemp("report"))
 
 
@@ -42,6 +42,8 @@ def report(page, file):
     return page
 
 
+ROWS = """[...document.querySelectorAll('tbody tr')].filter(row => row.checkVisibility())
+    .map(row => row.cells[0].textContent)"""
 OPEN = "[...document.querySelectorAll('section > details')].map(part => part.open)"
 #: verdicts that lie outside of the window
 CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail')].filter(cell =>
@@ -63,6 +65,17 @@ def test_groups_are_folded_but_those_that_fail_and_a_link_opens_one(report, file
     report.goto("about:blank")
     report.goto(f"{file.as_uri()}#first")
     assert report.evaluate(OPEN)[0]
+
+
+def test_the_filter_keeps_rows_with_all_words(report):
+    report.locator("#filter").fill("FIRST name-of-a-measurement-1")
+    assert report.evaluate(ROWS) == ["first.one.a-rather-long-name-of-a-measurement-1"]
+    assert not report.get_by_text("A falling bar.").is_visible()
+    report.locator("#filter").fill("fail")
+    assert report.evaluate(ROWS) == ["second.two.a-rather-long-name-of-a-measurement-1"]
+    report.locator("#filter").fill("")
+    assert len(report.evaluate(ROWS)) == 5
+    assert report.get_by_text("A falling bar.").is_visible()
 
 
 def luminance(page, colour: str) -> float:

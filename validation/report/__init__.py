@@ -236,6 +236,8 @@ class Report:
     times: Sequence[tuple[str, str]] = ()
     overview: Sequence[Block] = ()
     sections: Sequence[Section] = ()
+    #: whether the page has a field that filters the rows of its parts
+    filtered: bool = False
 
     def html(self) -> str:
         """Return the report as one page: styles and pictures inside, no address."""
