@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -67,6 +68,18 @@ def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text atomically; raises OSError."""
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def plain(data: Any) -> Any:
+    """Return data as JSON holds it: paths as text, NaN and infinity as null, numbers of NumPy as Python's."""
+    if isinstance(data, Mapping):
+        return {str(name): plain(value) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [plain(value) for value in data]
+    data = data.item() if hasattr(data, "item") else data
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return str(data) if isinstance(data, os.PathLike) else data
 
 
 @contextmanager

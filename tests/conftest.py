@@ -7,6 +7,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 
 import pytest
 from playwright.sync_api import Page, sync_playwright
@@ -39,13 +40,15 @@ def run():
 
 
 @pytest.fixture
-def cli(capfd):
+def cli(capfd, monkeypatch):
     """Call the command line in this process: (exit code, standard output, standard error)."""
     from oblique_impact.command_line.application import main
 
     def call(*arguments: object) -> tuple[int, str, str]:
+        words = [str(argument) for argument in arguments]
+        monkeypatch.setattr(sys, "argv", ["oblique-impact", *words])
         with pytest.raises(SystemExit) as stopped:
-            main([str(argument) for argument in arguments])
+            main(words)
         captured = capfd.readouterr()
         return int(stopped.value.code or 0), captured.out, captured.err
 

@@ -375,22 +375,21 @@ def check_target(out: Path) -> None:
         raise InputError(f"--out {out}: should end in .html or .json")
 
 
-def save_comparison(found: Comparison, out: Path, command: str) -> Path:
-    """Write a page (.html) or the numbers (.json), whole or not at all; `command` repeats it.
+def save_comparison(found: Comparison, out: Path) -> Path:
+    """Write a page (.html) or the numbers (.json), whole or not at all.
 
     Raises InputError for another suffix, or if the file cannot be written.
     """
     check_target(out)
     folder = prepare_folder(out.parent)
     if out.suffix == ".json":
-        return write_json(out, comparison_data(found, command))
-    return report(found, command).write(folder, name=out.name)
+        return write_json(out, comparison_data(found))
+    return report(found).write(folder, name=out.name)
 
 
-def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
+def comparison_data(found: Comparison) -> dict[str, Any]:
     """Return everything that was found as plain data in SI units; differences are right minus left."""
     return {
-        "command": command,
         "names": found.names,
         "outcomes": found.outcomes,
         "changed_keys": found.changed_keys,
@@ -406,8 +405,8 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
     }
 
 
-def report(found: Comparison, command: str) -> Report:
-    """Return the report; `command` repeats it."""
+def report(found: Comparison) -> Report:
+    """Return the report."""
     left, right = found.names
     variables = found.variables.rename_axis("variable").reset_index()
     scale = variables["scale"].where(variables["scale"] > 0.0, 1.0).astype(float)
@@ -430,7 +429,6 @@ def report(found: Comparison, command: str) -> Report:
         f"{left} and {right}",
         f"Two runs side by side, from {found.span[0]:g} to {found.span[1]:g} s. Differences are those of {right} "
         f"from {left}.",
-        command,
         overview=[*(Text(sentence) for sentence in found.summary()[1:]), _picture(found)],
         sections=[
             *(Section(title, [table]) for title, table in tables if table),

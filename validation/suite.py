@@ -100,7 +100,6 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-    command: str = "",
 ) -> list[Result]:
     """Run the chosen checks, and write report.html, results.json and results.csv.
 
@@ -116,8 +115,6 @@ def validate(
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first check and after each.
-    command : str
-        How to repeat the validation, for the report.
 
     Returns
     -------
@@ -146,12 +143,12 @@ def validate(
     results = results_of(checks, evidence)
     if folder is not None:
         rows = [asdict(result) for result in results]
-        _report(checks, evidence, results, command, seconds).write(folder, {"checks": rows}, pd.DataFrame(rows))
+        _report(checks, evidence, results, seconds).write(folder, {"checks": rows}, pd.DataFrame(rows))
     return results
 
 
 def _report(
-    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], command: str, seconds: float
+    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], seconds: float
 ) -> Report:
     rows, ratios, sections = [], [], []
     for group in dict.fromkeys(check.group for check in checks):
@@ -170,7 +167,6 @@ def _report(
         f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
         "programs. A measurement passes when the absolute difference of computed and reference value is at "
         "most its tolerance.",
-        command,
         seconds,
         overview=[Table(columns, rows, "Groups"), tolerance_figure(ratios)],
         sections=sections,

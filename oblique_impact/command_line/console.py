@@ -6,10 +6,9 @@ import errno
 import json
 import math
 import os
-import shlex
 import sys
 from collections.abc import Iterable
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -49,22 +48,13 @@ def print_result(lines: Iterable[str], data: object, as_json: bool) -> None:
 
     `data` is that object, or a function that returns it.
     """
+    from oblique_impact.files import plain
+
     if as_json:
         print_text(json.dumps(plain(data() if callable(data) else data), allow_nan=False))
     else:
         for line in lines:
             print_line(line)
-
-
-def plain(data: Any) -> Any:
-    """Return data as JSON holds it: paths as text, NaN and infinity as null."""
-    if isinstance(data, dict):
-        return {str(name): plain(value) for name, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [plain(value) for value in data]
-    if isinstance(data, float) and not math.isfinite(data):
-        return None
-    return str(data) if isinstance(data, os.PathLike) else data
 
 
 def print_line(line: str) -> None:
@@ -103,20 +93,3 @@ def minutes(what: str, seconds: float, workers: int | None) -> str:
     if least <= 0.5:
         return ""
     return f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {used} core{'s'[: used > 1]}"
-
-
-def command_text(command: str, *arguments: object, **options: object) -> str:
-    """Return a command as it is typed in a shell, with all that was given.
-
-    Options that are None, False or empty are left out; True is an option without a value; a list is repeated.
-    """
-    words = ["oblique-impact", command, *map(str, arguments)]
-    for name, value in options.items():
-        option = f"--{name}"
-        if value is True:
-            words.append(option)
-        elif isinstance(value, list):
-            words += [word for item in value for word in (option, str(item))]
-        elif value is not None and value is not False:
-            words += [option, str(value)]
-    return shlex.join(words)

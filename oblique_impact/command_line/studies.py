@@ -12,7 +12,6 @@ from oblique_impact.command_line.console import (
     JsonOption,
     ScenarioArgument,
     SetOption,
-    command_text,
     minutes,
     print_note,
     print_result,
@@ -44,11 +43,10 @@ def validate(
     from oblique_impact.validation.suite import counts, select
     from oblique_impact.validation.suite import validate as compute
 
-    repeat = command_text("validate", out=out, only=only, quick=quick, workers=workers)
     checks = select(only or [], quick)
     expected = minutes(f"{len(checks)} checks", sum(check.seconds for check in checks), workers)
     with counting_bar("checks", note=expected) as show:
-        results = compute(out, only or [], quick, workers, show, repeat)
+        results = compute(out, only or [], quick, workers, show)
     failed = [result for result in results if result.verdict == "fail"]
     for result in failed:
         print_note(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
@@ -113,7 +111,6 @@ def refine(
                 changes=changes or () if study else (),
                 within=within,
                 name=Path(scenario).name,
-                command=command_text("refine", *([] if study else [scenario]), **given, **how),
                 on_progress=show,
                 **{axis: parse_levels(axis, text) for axis, text in axes.items()},  # type: ignore[arg-type]
                 **how,
@@ -132,12 +129,10 @@ def _predict(scenario: str | None, given: dict[str, Any], how: dict[str, Any]) -
     allowed = "set" if own else "study"
     asked = "--predictability" if own else "--study predictability"
     _refuse({name: value for name, value in given.items() if name != allowed}, asked)
-    kept = {allowed: given[allowed]}
-    repeat = command_text("refine", *([scenario] if own else []), predictability=own, **kept, **how)
     cases = predictability_cases() if scenario is None else Scenario.load(scenario, given["set"] or [])
     name = Path(scenario or "predictability").name
     with counting_bar("predictability") as show:
-        return lines(predictability(cases, name=name, command=repeat, on_progress=show, **how))
+        return lines(predictability(cases, name=name, on_progress=show, **how))
 
 
 def _map_small_deflection(given: dict[str, Any], how: dict[str, Any]) -> list[str]:
@@ -145,9 +140,8 @@ def _map_small_deflection(given: dict[str, Any], how: dict[str, Any]) -> list[st
     from oblique_impact.validation.studies.small_deflection import lines, small_deflection
 
     _refuse({name: value for name, value in given.items() if name != "study"}, "--study small-deflection")
-    repeat = command_text("refine", study="small-deflection", **how)
     with counting_bar("small-deflection") as show:
-        return lines(small_deflection(command=repeat, on_progress=show, **how))
+        return lines(small_deflection(on_progress=show, **how))
 
 
 def _refuse(options: dict[str, Any], asked: str) -> None:
@@ -169,7 +163,7 @@ def reproduce(
 
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
-        result = compute(out, workers, show, command_text("reproduce", out=out, workers=workers))
+        result = compute(out, workers, show)
     print_result(lines(result), lambda: _written(out), as_json)
 
 
@@ -196,9 +190,8 @@ def sweep(
         words = f"the first is run {first.labels['run']}: {first.fault}"
         print_note(f"{len(plan.impossible)} of {len(plan.runs)} runs are not possible; {words}")
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
-    repeat = command_text("sweep", source, out=out, **how)
     with counting_bar("sweep", rate="runs") as show:
-        result = compute(plan, out, on_progress=show, command=repeat, **how)
+        result = compute(plan, out, on_progress=show, **how)
     print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
 
 
@@ -217,9 +210,8 @@ def compare(
 
     check_target(out)
     found = compute(History.load(left), History.load(right), names=(str(left), str(right)))
-    repeat = command_text("compare", left, right, out=out)
-    save_comparison(found, out, repeat)
-    print_result([*found.summary(), f"report: {out}"], lambda: comparison_data(found, repeat), as_json)
+    save_comparison(found, out)
+    print_result([*found.summary(), f"report: {out}"], lambda: comparison_data(found), as_json)
 
 
 def _written(folder: Path) -> dict[str, Any]:

@@ -31,8 +31,8 @@ def file(tmp_path_factory):
         Section("Second", item("second.two", "A bouncing ball.", "pass", "fail"), "fail", "2", True),
         Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
     ]
-    command = ("command", "oblique-impact validate --out " + "a" * 300)
-    report = Report("Title", "Lead.", command=command[1], sections=sections, filtered=True)
+    facts = [("command", "oblique-impact validate --out " + "a" * 300)]
+    report = Report("Title", "Lead.", facts=facts, sections=sections, filtered=True)
     return report.write(tmp_path_factory.mktemp("report"))
 
 

@@ -146,7 +146,7 @@ def test_remarks_and_changes_are_in_lines_and_report():
     uneven, warning = result.ladders[1].remarks
     assert f"differs from level to level ({', '.join(map(str, counts))})" in uneven
     assert warning.startswith("warning (modes 1, 2, 3): contact.normal: a rigid stop")
-    page, told = html.unescape(report(result, "command").html()), lines(result)
+    page, told = html.unescape(report(result).html()), lines(result)
     assert all(f"  {remark}" in told and remark[1:] in page for remark in (no_limit, uneven, warning))
     assert "Scenario paper; end_time = 0.4, beam.length = 0.9" in page
 

@@ -26,7 +26,7 @@ def document() -> Report:
         axes.set_xlabel("t (s)")
     table = Table(["name", "count", "value", "verdict"], [["<b>", 12345678, 1.0 / 3.0, Cell("0.3", "pass")]])
     section = Section("Part one", [Text("words & signs"), table, drawn], "pass")
-    return Report("Title", "Lead.", "repeat", 1.0, facts=[("numpy", "2")], sections=[section])
+    return Report("Title", "Lead.", 1.0, facts=[("numpy", "2")], sections=[section])
 
 
 def test_a_page_needs_nothing_besides_itself_and_has_six_digits():

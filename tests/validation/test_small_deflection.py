@@ -14,7 +14,7 @@ from oblique_impact.validation.studies.small_deflection import MODELS, lines, sm
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("map")
-    result = small_deflection(deflections=(0.1,), spins=(0.0,), out=folder, workers=1, command="repeat")
+    result = small_deflection(deflections=(0.1,), spins=(0.0,), out=folder, workers=1)
     return result, folder
 
 

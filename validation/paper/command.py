@@ -28,7 +28,6 @@ def reproduce(
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-    command: str = "",
 ) -> Reproduction:
     """Run the paper's cases and judge its claims.
 
@@ -41,8 +40,6 @@ def reproduce(
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
-    command : str, optional
-        How to repeat it, for the report.
 
     Returns
     -------
@@ -73,7 +70,7 @@ def reproduce(
     combined = found[len(named) :]
     claims = judge_claims(runs, [row["verdicts"] for row in combined])
     result = Reproduction(claims, runs, pd.DataFrame(combined), time.perf_counter() - started)
-    return result if folder is None else replace(result, report=write_report(result, folder, command))
+    return result if folder is None else replace(result, report=write_report(result, folder))
 
 
 def lines(result: Reproduction) -> list[str]:

@@ -20,7 +20,7 @@ _LEDGER = ["initial", "final", "lost_impact", "lost_friction", "lost_scheme", "u
 _UNITS = {"start": "s", "end": "s", "normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 
 
-def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
+def write_report(result: Reproduction, folder: Path) -> Path:
     """Write report.html, results.json, claims.csv, combinations.csv and the figures; returns the page.
 
     Raises InputError if a file cannot be written.
@@ -38,7 +38,6 @@ def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
     page = Report(
         "The paper's figures and claims, from our runs",
         _LEAD,
-        command,
         result.seconds,
         facts=_ASSUMED,
         overview=_overview(result),

@@ -7,7 +7,7 @@ A report is sections of text, tables and pictures:
     with picture("Force over time.", width=9.2, height=3.4) as drawn:
         drawn.figure.add_subplot().plot(t, force)
     report = Report(
-        "Title", "What this is about.", command="oblique-impact ...", seconds=1.5,
+        "Title", "What this is about.", seconds=1.5,
         facts=[("runs", "12")],
         overview=[Table(["quantity", "value (N)", "verdict"], [["force", 5.25, Cell("agrees", "pass")]]), drawn],
         sections=[Section("Runs", [Text("A paragraph."), Table.of_frame(frame)])],
@@ -28,6 +28,8 @@ import math
 import os
 import platform
 import re
+import shlex
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -40,7 +42,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from oblique_impact.files import cannot_write, write_text
+from oblique_impact.files import cannot_write, plain, write_text
 from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.renders.style import figure_style
 
@@ -226,8 +228,6 @@ class Report:
     title: str
     #: first paragraph
     lead: str
-    #: what repeats it, as a shell or Python takes it
-    command: str = ""
     #: wall time (s)
     seconds: float | None = None
     #: names and values for the head; provenance, versions and machine are added
@@ -248,7 +248,7 @@ class Report:
             trim_blocks=True,
             lstrip_blocks=True,
         )
-        times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", self.command)]
+        times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", command_line())]
         times += [("wall time", f"{self.seconds:.1f} s")] if self.seconds is not None else []
         return environment.get_template("report.html.j2").render(
             document=self, facts=[*self.facts, *_provenance()], times=[*times, *self.times]
@@ -275,7 +275,7 @@ class Report:
 
 def write_json(path: Path, data: Any) -> Path:
     """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
-    return write_file(path, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_file(path, json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def write_file(path: Path, text: str) -> Path:
@@ -287,17 +287,16 @@ def write_file(path: Path, text: str) -> Path:
     return path
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if hasattr(value, "item"):  # a number of NumPy
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 # --- what made a report
+
+
+def command_line() -> str:
+    """Return how this process was started, as a shell takes it; "" in an interactive session."""
+    program, *words = sys.argv
+    if Path(program).stem == "oblique-impact" or Path(program).parts[-2:] == ("oblique_impact", "__main__.py"):
+        return shlex.join(["oblique-impact", *words])
+    return shlex.join(["python", program, *words]) if program.endswith(".py") else ""
+
 
 _PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
 
@@ -309,8 +308,13 @@ def _provenance() -> list[tuple[str, str]]:
 
 
 def provenance_data() -> dict[str, Any]:
-    """Return the same for the JSON of every report."""
-    return {"provenance": dict(provenance()), "versions": _versions(), "machine": _machine()}
+    """Return the same for the JSON of every report, with the command."""
+    return {
+        "command": command_line(),
+        "provenance": dict(provenance()),
+        "versions": _versions(),
+        "machine": _machine(),
+    }
 
 
 def _versions() -> dict[str, str]:

@@ -132,7 +132,6 @@ def predictability(
     workers: int | None = None,
     timeout: float | None = None,
     name: str = "scenario",
-    command: str = "",
     on_progress: OnProgress = silent,
 ) -> Predictability:
     """Judge for each macro-collision whether its numbers are determined, by runs with perturbed initial angles.
@@ -149,8 +148,8 @@ def predictability(
         Folder for report.html, results.json and results.csv, where an interrupted study goes on.
     scheduler, workers, timeout, on_progress
         As for :func:`~oblique_impact.validation.studies.study.run_study`.
-    name, command : str
-        What the scenario is called, and how to repeat the study, for the report.
+    name : str
+        What the scenario is called in the report.
 
     Raises
     ------
@@ -188,7 +187,7 @@ def predictability(
     if out is None:
         return result
     table = pd.concat([part.collisions.assign(case=part.case.name) for part in found])
-    return replace(result, report=report(result, command).write(Path(out), _data(result, command), table))
+    return replace(result, report=report(result).write(Path(out), _data(result), table))
 
 
 def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> CaseResult:
@@ -285,10 +284,9 @@ def _offsets(scenario: Scenario, perturbations: Sequence[float], shadows: int) -
 # --- report
 
 
-def _data(result: Predictability, command: str) -> dict[str, Any]:
+def _data(result: Predictability) -> dict[str, Any]:
     return {
         "study": result.name,
-        "command": command,
         "rule": list(RULE),
         "cases": [
             {
@@ -307,13 +305,12 @@ def _data(result: Predictability, command: str) -> dict[str, Any]:
     }
 
 
-def report(result: Predictability, command: str) -> Report:
-    """Return the report; `command` repeats the study."""
+def report(result: Predictability) -> Report:
+    """Return the report."""
     return Report(
         "Predictability: runs with perturbed initial angles",
         "Do the times and impulses of an impact mean anything? Perturbed runs start at initial angles that differ "
         "by less than anyone can measure; where they part, nothing that follows is a number of the beam.",
-        command,
         result.seconds,
         facts=[("runs", str(sum(len(found.frame) + len(found.failed) for found in result.cases)))],
         overview=[

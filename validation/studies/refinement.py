@@ -72,7 +72,6 @@ def refine(
     workers: int | None = None,
     timeout: float | None = None,
     name: str = "scenario",
-    command: str = "",
     on_progress: OnProgress = silent,
 ) -> StudyResult:
     """Refine elements, modes, steps, stiffness or tolerances, and judge what converges.
@@ -106,8 +105,6 @@ def refine(
         As for :func:`~oblique_impact.validation.studies.study.run_study`.
     name : str
         What the scenario is called in the report.
-    command : str
-        How to repeat the study, for the report.
 
     Returns
     -------
@@ -150,7 +147,7 @@ def refine(
     result = StudyResult(described, tolerance, found, time.perf_counter() - started)
     if out is None:
         return result
-    page = report(result, command).write(Path(out), study_data(result, command), level_frame(result))
+    page = report(result).write(Path(out), study_data(result), level_frame(result))
     return replace(result, report=page)
 
 
@@ -238,8 +235,8 @@ def _own_study(
 # --- report
 
 
-def study_data(result: StudyResult, command: str) -> dict[str, Any]:
-    """Return everything the report tells as plain data; `times` and `command` may differ from run to run."""
+def study_data(result: StudyResult) -> dict[str, Any]:
+    """Return everything the report tells as plain data; `times` differ from run to run."""
     plural = {name: f"{name}s" for name in ("value", "difference", "observed_order", "richardson_limit")}
     plural["grid_convergence_index"] = "grid_convergence_indices"
     ladders = []
@@ -279,7 +276,6 @@ def study_data(result: StudyResult, command: str) -> dict[str, Any]:
     return {
         "study": result.study.name,
         "title": result.study.title,
-        "command": command,
         "tolerance": result.tolerance,
         "rule": RULE,
         "ladders": ladders,
@@ -309,8 +305,8 @@ def level_frame(result: StudyResult) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def report(result: StudyResult, command: str) -> Report:
-    """Return the report; `command` repeats the study."""
+def report(result: StudyResult) -> Report:
+    """Return the report."""
     rows = []
     for part in result.ladders:
         for item in part.results:
@@ -325,7 +321,6 @@ def report(result: StudyResult, command: str) -> Report:
     return Report(
         f"Refinement study: {result.study.title}",
         result.study.text,
-        command,
         result.seconds,
         facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
         overview=[

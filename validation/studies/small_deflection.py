@@ -255,7 +255,6 @@ def small_deflection(
     scheduler: str | None = None,
     workers: int | None = None,
     timeout: float | None = None,
-    command: str = "",
     on_progress: OnProgress = silent,
 ) -> SmallDeflection:
     """Compare the floating frame with the exact beam, over flexibility and spin rate.
@@ -270,8 +269,6 @@ def small_deflection(
         Folder for report.html, results.json and results.csv, where an interrupted study goes on.
     scheduler, workers, timeout, on_progress
         As for :func:`~oblique_impact.validation.studies.study.run_study`.
-    command : str
-        How to repeat the study, for the report.
 
     Raises
     ------
@@ -296,8 +293,8 @@ def small_deflection(
     result = SmallDeflection(points, time.perf_counter() - started)
     if out is None:
         return result
-    data = {"study": "small-deflection", "command": command, "points": points.to_dict("records")}
-    return replace(result, report=report(result, command).write(Path(out), data, points))
+    data = {"study": "small-deflection", "points": points.to_dict("records")}
+    return replace(result, report=report(result).write(Path(out), data, points))
 
 
 def lines(result: SmallDeflection) -> list[str]:
@@ -344,8 +341,8 @@ _LIMITS = (1e-4, 10.0)
 _MORE = 1.2
 
 
-def report(result: SmallDeflection, command: str) -> Report:
-    """Return the report; `command` repeats the study."""
+def report(result: SmallDeflection) -> Report:
+    """Return the report."""
     with picture("Relative error over the largest deflection", 9.2, 9.2 * SIZE[1] / SIZE[0]) as drawn:
         draw_map(drawn.figure, result.points)
     return Report(
@@ -356,7 +353,6 @@ def report(result: SmallDeflection, command: str) -> Report:
         "difference from the geometrically exact beam within two elastic periods, over the largest deflection; "
         "on a stop it is that of the largest force; the estimate is what a run says of its own error. Spin rates "
         "are in units of sqrt(EI/(ρA L⁴)); the first clamped mode has 3.52.",
-        command,
         result.seconds,
         overview=[drawn, Text(_NOTE, note=True)],
         sections=[

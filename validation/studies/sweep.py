@@ -85,7 +85,6 @@ def sweep(
     workers: int | None = None,
     timeout: float | None = None,
     on_progress: OnProgress = silent,
-    command: str = "",
 ) -> SweepResult:
     """Run a scenario over axes of its keys, or what is missing of it, and write the table and its report.
 
@@ -99,8 +98,6 @@ def sweep(
         In place of the scenario that the source names.
     scheduler, workers, timeout, on_progress
         As for :func:`~oblique_impact.validation.studies.study.run_study`.
-    command : str
-        How to repeat the sweep, for the report.
 
     Raises
     ------
@@ -143,7 +140,7 @@ def sweep(
     write_text(folder / "scenario.toml", plan.base.to_toml())
     write_text(folder / "sweep.toml", plan.to_toml())
     result = SweepResult(plan, folder, frame, there[0] - len(plan.impossible), time.monotonic() - started)
-    report(result, command).write(folder)
+    report(result).write(folder)
     return result
 
 
@@ -172,8 +169,8 @@ def lines(result: SweepResult) -> list[str]:
     return found
 
 
-def report(result: SweepResult, command: str) -> Report:
-    """Return the report of a finished sweep; `command` repeats it.  The numbers are in the table."""
+def report(result: SweepResult) -> Report:
+    """Return the report of a finished sweep.  The numbers are in the table."""
     plan, frame, unfinished = result.plan, result.frame, result.unfinished
     outcomes = frame[["outcome", "regime"]].value_counts().rename("runs").reset_index()
     warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "the first", "warning"])
@@ -184,7 +181,6 @@ def report(result: SweepResult, command: str) -> Report:
     return Report(
         plan.file.title or "Sweep",
         plan.file.description or "A scenario over axes of its keys; every run is a row of results.parquet.",
-        command,
         facts=[
             ("runs", str(len(frame))),
             ("scenario", Path(plan.file.scenario).name),
