@@ -7,6 +7,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -71,12 +72,18 @@ def write_text(path: Path, text: str) -> None:
 
 
 def plain(data: Any) -> Any:
-    """Return data as JSON holds it: paths as text, NaN and infinity as null, numbers of NumPy as Python's."""
+    """Return data as JSON holds it: fields of objects, rows of frames, paths as text, NaN and infinity as null."""
+    if hasattr(data, "model_dump"):  # a scenario
+        return data.model_dump(mode="json")
+    if hasattr(data, "iterrows"):
+        data = data.to_dict("records")
+    if is_dataclass(data):
+        data = vars(data)
     if isinstance(data, Mapping):
-        return {str(name): plain(value) for name, value in data.items()}
+        return {str(name): plain(value) for name, value in data.items() if not callable(value)}
     if isinstance(data, list | tuple):
         return [plain(value) for value in data]
-    data = data.item() if hasattr(data, "item") else data
+    data = data.item() if hasattr(data, "item") else data  # a number of NumPy
     if isinstance(data, float) and not math.isfinite(data):
         return None
     return str(data) if isinstance(data, os.PathLike) else data

@@ -388,19 +388,21 @@ def save_comparison(found: Comparison, out: Path) -> Path:
 
 
 def comparison_data(found: Comparison) -> dict[str, Any]:
-    """Return everything that was found as plain data in SI units; differences are right minus left."""
+    """Return everything that was found, in SI units, for JSON; differences are right minus left."""
+    names = (
+        "names",
+        "outcomes",
+        "changed_keys",
+        "span",
+        "largest_shift",
+        "state_disagreement",
+        "events",
+        "skipped",
+    )
     return {
-        "names": found.names,
-        "outcomes": found.outcomes,
-        "changed_keys": found.changed_keys,
-        "warnings": [{"runs": names, "warning": text} for names, text in found.warnings],
-        "span": found.span,
-        "largest_shift": found.largest_shift,
-        "state_disagreement": found.state_disagreement,
-        "events": found.events.to_dict("records"),
-        "variables": found.variables.rename_axis("name").reset_index().to_dict("records"),
-        "measures": found.measures.rename_axis("name").reset_index().to_dict("records"),
-        "skipped": found.skipped,
+        **{name: getattr(found, name) for name in names},
+        "warnings": [{"runs": runs, "warning": text} for runs, text in found.warnings],
+        **{name: getattr(found, name).rename_axis("name").reset_index() for name in ("variables", "measures")},
         **provenance_data(),
     }
 

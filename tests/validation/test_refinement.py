@@ -170,12 +170,12 @@ def test_a_study_of_elements_is_a_page_and_tables(tmp_path, cli):
     names = ["report.html", "results.csv", "results.json", "results.parquet"]
     assert sorted(p.name for p in out.iterdir()) == names
     data = json.loads((out / "results.json").read_text())
-    (impulse,) = data["ladders"][0]["quantities"]
+    (impulse,) = (found["analysis"] for found in data["ladders"][0]["results"])
     assert impulse["order"] == pytest.approx(4.0, abs=0.1)
     with (out / "results.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["value"]) for row in rows] == impulse["values"]
-    assert float(rows[3]["observed_order"]) == impulse["observed_orders"][3]
+    assert [float(row["value"]) for row in rows] == [level["value"] for level in impulse["levels"]]
+    assert float(rows[3]["observed_order"]) == impulse["levels"][3]["observed_order"]
     (command,) = re.findall(r"<dt>command</dt><dd[^>]*><code>(.*?)</code>", (out / "report.html").read_text())
     assert command.startswith("oblique-impact refine paper --elements 8,16,32,64 ")
 
@@ -231,15 +231,19 @@ def test_remedies_converge_where_the_rigid_stop_does_not(tmp_path, cli):
     """Theory Sec. 6 and 7a: the numbers of the elastic stop are those of a geometrically exact code."""
     assert cli("refine", "--study", "remedies", "--workers", "2", "--out", str(tmp_path))[0] == 0
     data = json.loads((tmp_path / "results.json").read_text())
-    found = {(ladder["name"], q["name"]): q for ladder in data["ladders"] for q in ladder["quantities"]}
+    found = {
+        (part["ladder"]["name"], found["quantity"]["name"]): found["analysis"]
+        for part in data["ladders"]
+        for found in part["results"]
+    }
     for name in ("peak_force", "second_impact", "contacts"):
         assert found["rigid, modes", name]["verdict"] == "not determined"
         assert found["rigid, elements", name]["verdict"] == "not determined"
         assert found["elastic stop", name]["verdict"] == "converged"
-    assert found["rigid, modes", "impulse"]["values"][-1] == pytest.approx(1.87, abs=0.02)
+    assert found["rigid, modes", "impulse"]["levels"][-1]["value"] == pytest.approx(1.87, abs=0.02)
     assert found["elastic stop", "impulse"]["limit"] == pytest.approx(2.140259, rel=1e-4)
-    assert found["elastic stop", "peak_force"]["values"][-1] == pytest.approx(924.45, rel=1e-3)
-    assert found["elastic stop", "second_impact"]["values"][-1] == pytest.approx(0.86535, abs=2e-4)
+    assert found["elastic stop", "peak_force"]["levels"][-1]["value"] == pytest.approx(924.45, rel=1e-3)
+    assert found["elastic stop", "second_impact"]["levels"][-1]["value"] == pytest.approx(0.86535, abs=2e-4)
     assert found["Kelvin-Voigt", "second_impact"]["verdict"] == "converged"
     assert found["Kelvin-Voigt", "peak_force"]["verdict"] == "not determined"
     assert found["dissipation, steps", "second_impact"]["verdict"] in ("not converging", "not confirmed")

@@ -60,12 +60,11 @@ def results(result: Reproduction) -> dict[str, Any]:
             "outcome": run.outcome.label,
             "macro_collisions": run.macro_collisions,
             "energy": run.balance,
-            "scenario": run.scenario.model_dump(mode="json") if run.scenario else None,
+            "scenario": run.scenario,
         }
         for key, run in result.runs.items()
     }
-    claims, combined = (frame.to_dict("records") for frame in (result.claims, result.combinations))
-    return {"claims": claims, "combinations": combined, "runs": runs}
+    return {"claims": result.claims, "combinations": result.combinations, "runs": runs}
 
 
 def _overview(result: Reproduction) -> list[Block]:

@@ -285,24 +285,18 @@ def _offsets(scenario: Scenario, perturbations: Sequence[float], shadows: int) -
 
 
 def _data(result: Predictability) -> dict[str, Any]:
-    return {
-        "study": result.name,
-        "rule": list(RULE),
-        "cases": [
-            {
-                "name": found.case.name,
-                "scenario": found.case.scenario.model_dump(mode="json"),
-                "unit_time": found.unit_time,
-                "runs": pd.concat([found.frame, found.failed])[["offset", "outcome", "message"]].to_dict(
-                    "records"
-                ),
-                "events": found.events.to_dict("records"),
-                "collisions": found.collisions.to_dict("records"),
-            }
-            for found in result.cases
-        ],
-        "times": {"wall_time": result.seconds},
-    }
+    cases = [
+        {
+            "name": found.case.name,
+            "scenario": found.case.scenario,
+            "unit_time": found.unit_time,
+            "runs": pd.concat([found.frame, found.failed])[["offset", "outcome", "message"]],
+            "events": found.events,
+            "collisions": found.collisions,
+        }
+        for found in result.cases
+    ]
+    return {"study": result.name, "rule": RULE, "cases": cases, "times": {"wall_time": result.seconds}}
 
 
 def report(result: Predictability) -> Report:

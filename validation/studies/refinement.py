@@ -16,6 +16,7 @@ import pandas as pd
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import plain
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
@@ -236,54 +237,11 @@ def _own_study(
 
 
 def study_data(result: StudyResult) -> dict[str, Any]:
-    """Return everything the report tells as plain data; `times` differ from run to run."""
-    plural = {name: f"{name}s" for name in ("value", "difference", "observed_order", "richardson_limit")}
-    plural["grid_convergence_index"] = "grid_convergence_indices"
-    ladders = []
-    for part in result.ladders:
-        runs = part.runs[["level", "outcome", "stopped_at", "steps", "events", "warnings"]]
-        runs = runs.rename(columns={"stopped_at": "end_time"}).assign(
-            warnings=runs["warnings"].map(str.splitlines)
-        )
-        quantities = [
-            {
-                "name": item.quantity.name,
-                "unit": item.quantity.unit,
-                "meaning": item.quantity.meaning,
-                "gaps": item.gaps,
-                "declared_order": item.declared,
-                "words": item.analysis.words,
-                "scale": item.scale,
-                "without_limit": item.without_limit,
-                **item.analysis.levels.drop(columns="size").rename(columns=plural).to_dict("list"),
-                **{name: value for name, value in vars(item.analysis).items() if name != "levels"},
-            }
-            for item in part.results
-        ]
-        ladders.append(
-            {
-                "name": part.ladder.name,
-                "axis": part.ladder.axis,
-                "levels": part.ladder.levels,
-                "sizes": part.sizes,
-                "size": part.axis.size,
-                "remark": part.remark,
-                "finest_scenario": part.ladder.finest.model_dump(mode="json"),
-                "runs": runs.to_dict("records"),
-                "quantities": quantities,
-            }
-        )
-    return {
-        "study": result.study.name,
-        "title": result.study.title,
-        "tolerance": result.tolerance,
-        "rule": RULE,
-        "ladders": ladders,
-        "times": {
-            "wall_time": result.seconds,
-            "runs": [part.runs["wall_time"].tolist() for part in result.ladders],
-        },
-    }
+    """Return everything that was found as plain data, named as in Python; `times` differ from run to run."""
+    ladders = [{**plain(part), "runs": plain(part.runs.drop(columns="wall_time"))} for part in result.ladders]
+    times = {"wall_time": result.seconds, "runs": [part.runs["wall_time"].tolist() for part in result.ladders]}
+    study = {"study": result.study.name, "title": result.study.title, "tolerance": result.tolerance}
+    return {**study, "rule": RULE, "ladders": ladders, "times": times}
 
 
 def level_frame(result: StudyResult) -> pd.DataFrame:

@@ -293,7 +293,7 @@ def small_deflection(
     result = SmallDeflection(points, time.perf_counter() - started)
     if out is None:
         return result
-    data = {"study": "small-deflection", "points": points.to_dict("records")}
+    data = {"study": "small-deflection", "points": points}
     return replace(result, report=report(result).write(Path(out), data, points))
 
 

@@ -65,8 +65,7 @@ class SweepResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the rows of the table, the counts of outcomes, the place of the files."""
-        runs = self.frame.to_dict("records")
-        return {"outcomes": self.outcomes, "runs": runs, "results": str(self.folder)}
+        return {"outcomes": self.outcomes, "runs": self.frame, "results": self.folder}
 
     def history(self, run: int) -> History:
         """Read the history of a run by its number; a sweep keeps them if its file says ``histories = true``.
