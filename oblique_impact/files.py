@@ -66,6 +66,19 @@ def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
             part.unlink(missing_ok=True)
 
 
+def save_whole(path: Path, write: Callable[[Path], Any]) -> Path:
+    """Let `write` fill a file, whole or not at all, in a folder that is created; returns the file.
+
+    Raises InputError if it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, write)
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    return path
+
+
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text atomically; raises OSError."""
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 
-from oblique_impact.files import cannot_write, write_whole
+from oblique_impact.files import save_whole
 from oblique_impact.history.history import History
 from oblique_impact.history.provenance import provenance, provenance_line
 
@@ -36,19 +35,6 @@ def save_figure(figure: Figure, out: Path, default_name: str, histories: Iterabl
     file = out if out.suffix.lower() in _COMMENT else out / default_name
     metadata = {_COMMENT[file.suffix.lower()]: comment(histories)}
     return save_whole(file, lambda part: figure.savefig(part, metadata=metadata))
-
-
-def save_whole(file: Path, write: Callable[[Path], Any]) -> Path:
-    """Let `write` fill a file, whole or not at all, in a folder that is created; returns the file.
-
-    Raises InputError if it cannot be written.
-    """
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(file, write)
-    except OSError as error:
-        raise cannot_write(file, error) from None
-    return file
 
 
 def made_by(histories: Iterable[History] = ()) -> str:

@@ -14,8 +14,9 @@ from PIL.PngImagePlugin import PngInfo
 
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
+from oblique_impact.files import save_whole
 from oblique_impact.history.history import History
-from oblique_impact.renders.files import comment, save_whole
+from oblique_impact.renders.files import comment
 from oblique_impact.renders.frame import Composer, factor_texts
 from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.sheet import LINE, SMALL, STATE, Sheet

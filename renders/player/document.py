@@ -8,9 +8,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import save_whole
 from oblique_impact.history.history import History
 from oblique_impact.renders.charts import time_label
-from oblique_impact.renders.files import made_by, save_whole, warnings_of
+from oblique_impact.renders.files import made_by, warnings_of
 from oblique_impact.renders.player.charts import variables
 from oblique_impact.renders.player.content import SPEEDS, content_of
 from oblique_impact.renders.story import Story

@@ -64,7 +64,7 @@ def test_files_appear_with_full_numbers(tmp_path):
     assert (float(lines[1]), lines[2]) == (1.0 / 3.0, '""')
     assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "results.csv", "results.json"]
     with pytest.raises(InputError, match="cannot be written"):
-        document().write(tmp_path / "none")
+        document().write(tmp_path / "report.html")
 
 
 @pytest.mark.parametrize(

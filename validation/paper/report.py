@@ -28,7 +28,6 @@ def write_report(result: Reproduction, folder: Path) -> Path:
     runs = result.runs
     schemes = {scheme: Models(*(runs[f"paper/{scheme}/{model}"] for model in MODELS)) for scheme in SCHEMES}
     pictures = {plot.name: draw(plot, schemes) for plot in PLOTS}
-    (folder / "figures").mkdir(exist_ok=True)
     for name, picture in pictures.items():
         write_file(folder / "figures" / f"{name}.svg", picture.svg)
     verdicts = pd.DataFrame(list(result.combinations["verdicts"]))

@@ -42,7 +42,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from oblique_impact.files import cannot_write, plain, write_text
+from oblique_impact.files import plain, save_whole
 from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.renders.style import figure_style
 
@@ -280,11 +280,7 @@ def write_json(path: Path, data: Any) -> Path:
 
 def write_file(path: Path, text: str) -> Path:
     """Write a text, whole or not at all; raises InputError if it cannot be written."""
-    try:
-        write_text(path, text)
-    except OSError as error:
-        raise cannot_write(path, error) from None
-    return path
+    return save_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
 # --- what made a report

@@ -21,7 +21,7 @@ import pandas as pd
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import cannot_write, prepare_folder, write_whole
+from oblique_impact.files import prepare_folder, save_whole
 from oblique_impact.history.history import History
 from oblique_impact.history.provenance import source_digest
 from oblique_impact.kernels.compiling import clock
@@ -148,7 +148,9 @@ def run_study(
             row, files = (failed(CRASHED, found.reason), {}) if isinstance(found, Crash) else found
             if files and path is not None:
                 # before its row: a folder that is not complete has no row, and its run is repeated
-                _write_files(path.parent / "histories" / f"{number + 1:06d}", files)
+                for name, content in files.items():
+                    target = path.parent / "histories" / f"{number + 1:06d}" / name
+                    save_whole(target, partial(Path.write_bytes, data=content))
             rows[keys[number]] = row
             if time.monotonic() - saved > _SAVE_EVERY:
                 _save(_frame(runs, keys, rows, units), path)
@@ -286,12 +288,8 @@ def _frame(
 
 def _save(frame: pd.DataFrame, path: Path | None) -> None:
     """Write the frame, whole or not at all, if there is a folder for it."""
-    if path is None:
-        return
-    try:
-        write_whole(path, lambda file: frame.to_parquet(file, index=False))
-    except OSError as error:
-        raise cannot_write(path, error) from None
+    if path is not None:
+        save_whole(path, lambda file: frame.to_parquet(file, index=False))
 
 
 def _read(path: Path, keys: set[str], exclusive: bool) -> dict[str, dict[str, Any]]:
@@ -307,12 +305,3 @@ def _read(path: Path, keys: set[str], exclusive: bool) -> dict[str, dict[str, An
             "delete this one"
         )
     return {key: row for key, row in rows.items() if key in keys}
-
-
-def _write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise cannot_write(folder, error) from None
