@@ -164,7 +164,7 @@ def reproduce(
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
         result = compute(out, workers, show)
-    print_result(lines(result), lambda: _written(out), as_json)
+    print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
 def sweep(

@@ -59,7 +59,7 @@ def test_an_elastic_stop_is_predictable_and_its_report_says_so(tmp_path):
         table = list(csv.DictReader(file))
     assert [entry["verdict"] for entry in table] == ["predictable", "predictable"]
     assert float(table[1]["start"]) == second.start
-    assert soft.report.read_text().count("<svg") == 1
+    assert (tmp_path / "report.html").read_text().count("<svg") == 1
     assert lines(soft)[1].startswith("  collision 1: starts at 0.31714")
 
 

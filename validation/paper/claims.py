@@ -12,7 +12,6 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -65,15 +64,12 @@ class Reproduction:
         What each combination of open choices does to the second macro-collision and to the verdicts (SI units).
     seconds : float
         Wall time (s) of the simulations.
-    report : Path or None
-        The page, if one was written.
     """
 
     claims: pd.DataFrame
     runs: dict[str, History]
     combinations: pd.DataFrame
     seconds: float
-    report: Path | None = None
 
     @property
     def verdicts(self) -> dict[str, int]:

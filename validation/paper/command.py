@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from dataclasses import replace
 from typing import Any
 
 import pandas as pd
@@ -70,7 +69,9 @@ def reproduce(
     combined = found[len(named) :]
     claims = judge_claims(runs, [row["verdicts"] for row in combined])
     result = Reproduction(claims, runs, pd.DataFrame(combined), time.perf_counter() - started)
-    return result if folder is None else replace(result, report=write_report(result, folder))
+    if folder is not None:
+        write_report(result, folder)
+    return result
 
 
 def lines(result: Reproduction) -> list[str]:
@@ -78,7 +79,7 @@ def lines(result: Reproduction) -> list[str]:
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
     shown = [f"  {claim.verdict:15s} {claim.id}" for claim in result.claims.itertuples()]
     same = f"{result.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
-    return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
+    return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}"]
 
 
 def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:

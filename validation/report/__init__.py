@@ -190,16 +190,7 @@ def picture(
     drawn.svg = f'{opening} style="max-width: {limit}px"{text[text.index(">") :]}'
 
 
-@dataclass(frozen=True)
-class Fold:
-    """Blocks under a line that opens them; closed at first."""
-
-    title: str
-    blocks: Sequence[Block]
-    block: str = "fold"
-
-
-Block = Text | Table | Picture | Fold
+Block = Text | Table | Picture
 
 
 @dataclass(frozen=True)

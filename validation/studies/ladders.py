@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from pathlib import Path
 
 import pandas as pd
 
@@ -224,15 +223,12 @@ class StudyResult:
         With runs and verdicts.
     seconds : float
         Wall time (s): with those of the runs, the only numbers that change from time to time.
-    report : Path or None
-        The page, if one was written.
     """
 
     study: Study
     tolerance: float
     ladders: tuple[LadderResult, ...]
     seconds: float
-    report: Path | None = None
 
     def quantity(self, name: str, ladder: int = 0) -> QuantityResult:
         """Return the result of a quantity on a ladder (by number from 0); raises KeyError."""

@@ -15,7 +15,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,6 @@ from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.validation.report import (
     Cell,
-    Fold,
     Picture,
     Report,
     Section,
@@ -114,12 +113,11 @@ class CaseResult:
 
 @dataclass(frozen=True)
 class Predictability:
-    """A predictability study; `report` is its page, if one was written."""
+    """A predictability study, and the wall time (s) that it took."""
 
     name: str
     cases: tuple[CaseResult, ...]
     seconds: float
-    report: Path | None = None
 
 
 def predictability(
@@ -184,10 +182,10 @@ def predictability(
     frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
     found = tuple(judge(case, tuple(perturbations), frame[frame["case"] == case.name]) for case in cases)
     result = Predictability(name, found, time.perf_counter() - started)
-    if out is None:
-        return result
-    table = pd.concat([part.collisions.assign(case=part.case.name) for part in found])
-    return replace(result, report=report(result).write(Path(out), _data(result), table))
+    if out is not None:
+        table = pd.concat([part.collisions.assign(case=part.case.name) for part in found])
+        report(result).write(Path(out), _data(result), table)
+    return result
 
 
 def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> CaseResult:
@@ -307,11 +305,8 @@ def report(result: Predictability) -> Report:
         "by less than anyone can measure; where they part, nothing that follows is a number of the beam.",
         result.seconds,
         facts=[("runs", str(sum(len(found.frame) + len(found.failed) for found in result.cases)))],
-        overview=[
-            *([_growth_picture(result)] if any(len(found.events) for found in result.cases) else []),
-            Fold("How a verdict is found", [Text(text) for text in RULE]),
-        ],
-        sections=[_section(found) for found in result.cases],
+        overview=[_growth_picture(result)] if any(len(found.events) for found in result.cases) else [],
+        sections=[*map(_section, result.cases), Section("How a verdict is found", [*map(Text, RULE)])],
     )
 
 

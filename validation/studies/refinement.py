@@ -6,7 +6,6 @@ import math
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,6 @@ from oblique_impact.scenario.scenario import Scenario, builtin_names, require_sc
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.report import (
     Cell,
-    Fold,
     Picture,
     Report,
     Section,
@@ -146,10 +144,9 @@ def refine(
     tolerance = described.tolerance if within is None else within
     found = tuple(judge(ladder, frame[frame["ladder"] == ladder.name], tolerance) for ladder in ladders)
     result = StudyResult(described, tolerance, found, time.perf_counter() - started)
-    if out is None:
-        return result
-    page = report(result).write(Path(out), study_data(result), level_frame(result))
-    return replace(result, report=page)
+    if out is not None:
+        report(result).write(Path(out), study_data(result), level_frame(result))
+    return result
 
 
 def parse_levels(axis: str, text: str) -> list[float]:
@@ -281,11 +278,8 @@ def report(result: StudyResult) -> Report:
         result.study.text,
         result.seconds,
         facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
-        overview=[
-            Table(columns, rows, caption, wide=[0, 7]),
-            Fold("How a verdict is found", [Text(text) for text in RULE]),
-        ],
-        sections=[_section(part) for part in result.ladders],
+        overview=[Table(columns, rows, caption, wide=[0, 7])],
+        sections=[*map(_section, result.ladders), Section("How a verdict is found", [*map(Text, RULE)])],
     )
 
 

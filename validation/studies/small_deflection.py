@@ -20,7 +20,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -183,13 +183,10 @@ class SmallDeflection:
         error (NaN where the model has none), estimate (what the run says of itself) and outcome.
     seconds : float
         Wall time (s).
-    report : Path or None
-        The page, if one was written.
     """
 
     points: pd.DataFrame
     seconds: float
-    report: Path | None = None
 
     def of(self, problem: str, model: str) -> pd.DataFrame:
         """Return the points of one model."""
@@ -291,10 +288,10 @@ def small_deflection(
     frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
     points = points_of(frame)
     result = SmallDeflection(points, time.perf_counter() - started)
-    if out is None:
-        return result
-    data = {"study": "small-deflection", "points": points}
-    return replace(result, report=report(result).write(Path(out), data, points))
+    if out is not None:
+        data = {"study": "small-deflection", "points": points}
+        report(result).write(Path(out), data, points)
+    return result
 
 
 def lines(result: SmallDeflection) -> list[str]:

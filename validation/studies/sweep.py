@@ -49,11 +49,6 @@ class SweepResult:
     seconds: float
 
     @property
-    def report(self) -> Path:
-        """The page."""
-        return self.folder / "report.html"
-
-    @property
     def unfinished(self) -> pd.DataFrame:
         """Rows of the runs that did not complete."""
         return self.frame[self.frame["outcome"] != Outcome.COMPLETED.label]
