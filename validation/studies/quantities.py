@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -63,8 +64,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     extreme, colon, variable = name.partition(":")
     if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
         unit, meaning, measure = _NUMBERED[extreme]
-        number = int(variable) - 1
-        return Quantity(name, unit, meaning.format(variable), lambda history: measure(history, number))
+        return Quantity(name, unit, meaning.format(variable), measure(int(variable) - 1))
     known = {**VARIABLES, **FIELDS}
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
@@ -272,25 +272,21 @@ def _ledger(*keys: str) -> Callable[[History], float]:
     return measure
 
 
-def _first(key: str) -> Callable[[History], float]:
-    """Return what measures an entry of the first macro-collision."""
-    return lambda history: float(_collision(history)[key])
+def _of_collision(key: str, number: int = 0) -> Callable[[History], float]:
+    """Return what measures an entry of a macro-collision."""
+    return lambda history: float(_collision(history, number)[key])
 
 
-#: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
-_NUMBERED: dict[str, tuple[str, str, Callable[[History, int], float]]] = {
-    "start": ("s", "start of macro-collision {}", _start),
+#: of the N-th macro-collision or event: unit, meaning, what returns the measure of a number from 0
+_NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
+    "start": ("s", "start of macro-collision {}", lambda number: partial(_start, number=number)),
     "collision_impulse": (
         "N s",
         "normal impulse of macro-collision {}",
-        lambda history, number: float(_collision(history, number)["normal_impulse"]),
+        partial(_of_collision, "normal_impulse"),
     ),
-    "collision_contacts": (
-        "1",
-        "contacts of macro-collision {}",
-        lambda history, number: float(_collision(history, number)["contacts"]),
-    ),
-    "event": ("s", "time of event {}", _event_time),
+    "collision_contacts": ("1", "contacts of macro-collision {}", partial(_of_collision, "contacts")),
+    "event": ("s", "time of event {}", lambda number: partial(_event_time, number=number)),
 }
 _LAST = 9999
 
@@ -303,24 +299,24 @@ _MODEL_ERROR = (
 )
 _TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
     "first_impact": ("s", "first touch-down", _start),
-    "collision_end": ("s", f"end {_FIRST}", _first("end")),
-    "collision_duration": ("s", f"length {_FIRST}", lambda history: _first("end")(history) - _start(history)),
-    "impulse": ("N s", f"normal impulse {_FIRST}", _first("normal_impulse")),
-    "tangential_impulse": ("N s", f"tangential impulse {_FIRST}", _first("tangential_impulse")),
-    "peak_force": ("N", f"largest normal force {_FIRST}", _first("peak_force")),
-    "contacts": ("1", f"contacts {_FIRST}", _first("contacts")),
+    "collision_end": ("s", f"end {_FIRST}", _of_collision("end")),
+    "collision_duration": (
+        "s",
+        f"length {_FIRST}",
+        lambda history: _of_collision("end")(history) - _start(history),
+    ),
+    "impulse": ("N s", f"normal impulse {_FIRST}", _of_collision("normal_impulse")),
+    "tangential_impulse": ("N s", f"tangential impulse {_FIRST}", _of_collision("tangential_impulse")),
+    "peak_force": ("N", f"largest normal force {_FIRST}", _of_collision("peak_force")),
+    "contacts": ("1", f"contacts {_FIRST}", _of_collision("contacts")),
     "energy_after_collision": (
         "J",
         "energy as the first macro-collision ends",
-        lambda history: _at(history, "energy", _first("end")(history)),
+        lambda history: _at(history, "energy", _of_collision("end")(history)),
     ),
     "restitution": ("1", _BOUNCE, _restitution),
-    "second_impact": ("s", f"start {_SECOND}", lambda history: _start(history, 1)),
-    "second_impulse": (
-        "N s",
-        f"normal impulse {_SECOND}",
-        lambda history: float(_collision(history, 1)["normal_impulse"]),
-    ),
+    "second_impact": ("s", f"start {_SECOND}", partial(_start, number=1)),
+    "second_impulse": ("N s", f"normal impulse {_SECOND}", _of_collision("normal_impulse", 1)),
     "energy_final": ("J", "energy at the end", _ledger("final")),
     "lost_impact": ("J", "energy lost in impacts", _ledger("lost_impact")),
     "lost_friction": ("J", "energy lost in friction", _ledger("lost_friction")),
