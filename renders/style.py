@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import matplotlib as mpl
+import matplotlib.style
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of
@@ -27,27 +29,7 @@ Colour = Literal[
     "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation"
 ]
 
-_SETTINGS: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.8,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e6e8eb",
-    "grid.linewidth": 0.7,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.4,
-    "figure.dpi": 100,
-    "savefig.dpi": 160,
-    "savefig.facecolor": "white",
-    "svg.hashsalt": "oblique-impact",
-}
+_SHEET = Path(__file__).with_name("figures.mplstyle")
 
 
 @dataclass(frozen=True)
@@ -145,12 +127,12 @@ BARE: dict[str, Any] = {
 @contextmanager
 def figure_style(theme: Theme | None = None) -> Iterator[None]:
     """Apply the style inside a block, with the colours of a theme; leaves matplotlib's settings as they were."""
-    settings = dict(_SETTINGS)
+    colours: dict[str, Any] = {}
     if theme:
-        settings |= dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), theme.background)
+        colours |= dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), theme.background)
         ink = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
-        settings |= dict.fromkeys(ink, theme.ink) | {"grid.color": theme.line}
-    with mpl.rc_context(settings):
+        colours |= dict.fromkeys(ink, theme.ink) | {"grid.color": theme.line}
+    with mpl.style.context([_SHEET, colours]):
         yield
 
 

@@ -96,8 +96,6 @@ class Ladder:
     quantities: tuple[str, ...]
     #: order that the method declares, by quantity; those not named have none
     declared: Mapping[str, float] = field(default_factory=dict)
-    #: what this ladder shows, for the report
-    text: str = ""
     #: what the scenario is called: a built-in one that it differs from, or a file
     scenario: str = "paper"
 

@@ -69,11 +69,10 @@ RULE = (
 
 @dataclass(frozen=True)
 class Case:
-    """A scenario whose predictability is asked for, with a name and words for the report."""
+    """A scenario whose predictability is asked for, with a name."""
 
     name: str
     scenario: Scenario
-    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -345,4 +344,4 @@ def _section(found: CaseResult) -> Section:
         "its time is a lower bound"
     )
     tables = [Table.of_frame(table, caption, 9, columns=columns | {"verdict": "verdict"})] if len(table) else []
-    return Section(found.case.name, [Text(found.case.text), *remarks, *tables])
+    return Section(found.case.name, [*remarks, *tables])

@@ -293,7 +293,6 @@ def _section(result: LadderResult) -> Section:
     return Section(
         ladder.name,
         [
-            *([Text(ladder.text)] if ladder.text else []),
             Text(note, note=True),
             *(Text(f"{remark[:1].upper()}{remark[1:]}.", note=True) for remark in result.remarks),
             _picture(result),

@@ -31,8 +31,6 @@ def elements() -> Study:
     declared, levels = dict.fromkeys(names, _HERMITE), (32.0, 64.0, 128.0, 256.0)
     modes = (FEM, MEAN_AXIS, "discretization.modes=6")
     rigid, soft = _paper(*modes, "end_time=0.75"), _paper(*modes, "end_time=0.9", SPRING, FRICTIONLESS)
-    about_rigid = "The paper's rigid stop, e = 0, with its friction."
-    about_soft = "On a spring of 1e6 N/m, without friction."
     return Study(
         "elements",
         "Finite elements at a fixed number of modes",
@@ -41,32 +39,28 @@ def elements() -> Study:
             and at a fixed number of modes the motion depends smoothly on them as long as the sequence of
             contacts stays the same.""",
         (
-            Ladder("rigid stop", rigid, "elements", levels, names, declared, about_rigid),
-            Ladder("elastic stop", soft, "elements", levels, names, declared, about_soft),
+            Ladder("rigid stop", rigid, "elements", levels, names, declared),
+            Ladder("elastic stop", soft, "elements", levels, names, declared),
         ),
         tolerance=_FINE,
     )
 
 
-#: the three motions that every scheme is refined on: changes, quantities, what they are
+#: the three motions that every scheme is refined on: changes, quantities
 _MOTIONS = {
     "flight": (
         ("contact.enabled=false", "end_time=2.0", "beam.youngs_modulus=7e8", "discretization.modes=1", MEAN_AXIS),
+        # a hundred times softer than the paper's, so that vibration counts as much as rotation
         ("tip_y@end", "deflection@end"),
-        """Two seconds of free fall about the pin without contact. The beam is a hundred times softer than
-            the paper's, so that its vibration counts as much as its rotation, and has one mean-axis mode.""",
     ),
     "elastic stop": (
         ("discretization.modes=4", MEAN_AXIS, FRICTIONLESS, SPRING, "end_time=0.3201"),
+        # the largest force is that of a step's end, or of a sample: it comes close to the maximum at no order
         ("first_impact", "impulse", "peak_force", "theta@end", "tip_y@end"),
-        """The paper's beam with four mean-axis modes until after its first contact with a spring of 1e6
-            N/m, without friction. The largest force is that of a step's end, or of a sample: it comes close
-            to the maximum at no order.""",
     ),
     "rigid stop": (
         ("discretization.modes=4", MEAN_AXIS, FRICTIONLESS, "end_time=0.36"),
         ("first_impact", "impulse", "peak_force", "collision_end", "theta@end"),
-        "The same until after the first macro-collision with the rigid stop, e = 0.",
     ),
 }
 _ORDERS = {
@@ -85,7 +79,7 @@ _LEVELS: dict[tuple[str, bool], tuple[float, ...]] = {
 
 def _scheme_ladder(motion: str, scheme: str) -> Ladder:
     """Return the steps or tolerances of a scheme on a motion."""
-    changes, names, text = _MOTIONS[motion]
+    changes, names = _MOTIONS[motion]
     axis, flying = "tolerances" if scheme == "event" else "steps", motion == "flight"
     if axis == "steps":
         # one step for flight and contact, so that the order shows in both
@@ -94,7 +88,7 @@ def _scheme_ladder(motion: str, scheme: str) -> Ladder:
     smooth = flying or (motion == "elastic stop" and scheme == "generalized-alpha")
     declared = {name: _ORDERS[scheme] for name in names if smooth and name != "peak_force"}
     base = _paper(*changes, f"solver.scheme={scheme}")
-    return Ladder(f"{motion}, {scheme}", base, axis, _LEVELS[axis, flying], names, declared, text)
+    return Ladder(f"{motion}, {scheme}", base, axis, _LEVELS[axis, flying], names, declared)
 
 
 def steps() -> Study:
@@ -129,9 +123,8 @@ def remedies() -> Study:
     dissipative = (*nodal, "solver.rho_infinity=0.0", "solver.contact_step=2e-5")
     names = ("impulse", "peak_force", "second_impact", "contacts")
 
-    def ladder(name: str, axis: str, changes: Iterable[str], text: str) -> Ladder:
-        base = _paper(FRICTIONLESS, "end_time=0.75", *changes)
-        return Ladder(name, base, axis, _REMEDY_LEVELS[axis], names, text=text)
+    def ladder(name: str, axis: str, changes: Iterable[str]) -> Ladder:
+        return Ladder(name, _paper(FRICTIONLESS, "end_time=0.75", *changes), axis, _REMEDY_LEVELS[axis], names)
 
     return Study(
         "remedies",
@@ -139,45 +132,20 @@ def remedies() -> Study:
         """With a rigid stop and e = 0 the mass that stops at an impact falls with every mode that is
             added. The force on the continuous beam is a distribution: its impulse has a limit, its peak and
             the number of impacts have none, and what follows, such as the second impact, stays where chance
-            puts it (modal non-convergence). Three remedies: a stop of finite stiffness, internal damping
-            (Kelvin-Voigt), and an integrator that takes the high frequencies away (generalized-alpha with
-            spectral radius 0).""",
+            puts it (modal non-convergence). Three remedies: a stop of finite stiffness, which is another stop but
+            has a limit of every quantity; internal damping (Kelvin-Voigt), which calms what follows a touch-down,
+            whose force stays singular; and an integrator that takes the high frequencies away (generalized-alpha
+            with spectral radius 0).""",
         (
-            ladder("rigid, modes", "modes", event, "The rigid stop over the modes, by the event-located scheme."),
-            ladder(
-                "rigid, elements",
-                "elements",
-                (*nodal, "solver.rho_infinity=1.0", "solver.contact_step=2e-6"),
-                """The rigid stop over the elements of the full nodal model, by generalized-alpha without
-                dissipation (spectral radius 1). The noise says how much of it a tighter tolerance changes.""",
-            ),
-            ladder(
-                "elastic stop",
-                "modes",
-                (*event, SPRING, "end_time=0.9"),
-                """First remedy: contact.normal = spring of 1e6 N/m. This is not the rigid stop any more, and its
-                limit is another; but it is a limit of every quantity.""",
-            ),
-            ladder(
-                "Kelvin-Voigt",
-                "modes",
-                (*event, "beam.kelvin_voigt=1e-5"),
-                """Second remedy: beam.kelvin_voigt = 1e-5 s, a twentieth of critical damping at 10⁴ rad/s. It
-                calms what follows a touch-down; the force of the touch-down itself stays singular.""",
-            ),
-            ladder(
-                "dissipation, elements",
-                "elements",
-                dissipative,
-                """Third remedy: generalized-alpha with spectral radius 0 on the nodal model, over the elements at
-                a fixed contact step of 2e-5 s: h²/2c at 32 elements and 8 h²/c at 128, with c² = EI/m.""",
-            ),
-            ladder(
-                "dissipation, steps",
-                "steps",
-                (*dissipative, "discretization.elements=32"),
-                "The third remedy over its step, at 32 elements: whether its limit depends on the step.",
-            ),
+            ladder("rigid, modes", "modes", event),
+            ladder("rigid, elements", "elements", (*nodal, "solver.rho_infinity=1.0", "solver.contact_step=2e-6")),
+            ladder("elastic stop", "modes", (*event, SPRING, "end_time=0.9")),
+            # a twentieth of critical damping at 10⁴ rad/s
+            ladder("Kelvin-Voigt", "modes", (*event, "beam.kelvin_voigt=1e-5")),
+            # at a fixed contact step of 2e-5 s: h²/2c at 32 elements and 8 h²/c at 128, with c² = EI/m
+            ladder("dissipation, elements", "elements", dissipative),
+            # whether its limit depends on the step
+            ladder("dissipation, steps", "steps", (*dissipative, "discretization.elements=32")),
         ),
     )
 
@@ -247,23 +215,12 @@ def predictability_cases() -> list[Case]:
         *("solver.output_interval=1e-2", "discretization.elements=64", "solver.contact_step=2.5e-7"),
     )
     cases = [
-        Case(
-            f"spring of {stiffness} N/m",
-            _paper(*nodal, SPRING, f"contact.stiffness={stiffness}"),
-            "An elastic stop under the undamped beam.",
-        )
+        Case(f"spring of {stiffness} N/m", _paper(*nodal, SPRING, f"contact.stiffness={stiffness}"))
         for stiffness in ("1e6", "1e7", "1e8", "1e9")
     ]
     rigid = _paper(*nodal, _MASSLESS)
-    return [
-        *cases,
-        Case("rigid, undamped", rigid, "The undamped beam on a rigid stop, its end without inertia."),
-        Case(
-            "rigid, damped",
-            rigid.replace(beam__kelvin_voigt=1e-5),
-            "The same stop under a beam with 1e-5 s of Kelvin-Voigt damping.",
-        ),
-    ]
+    damped = rigid.replace(beam__kelvin_voigt=1e-5)
+    return [*cases, Case("rigid, undamped", rigid), Case("rigid, damped", damped)]
 
 
 def shipped_study(name: str) -> Study:
