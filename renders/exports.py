@@ -132,22 +132,16 @@ def export(
     target, format = _target(Path(out), format)
     samples = chosen_samples(history, 1 if format == "csv" and every is None else every, between)
     story = story_of([history], Style(deformation=deformation))
-    on_progress(Progress(0, samples.size))
     prepare_folder(target.parent)
-
-    def frames() -> Iterator[Frame]:
-        for done, frame in enumerate(_frames(story, samples), start=1):
-            yield frame
-            on_progress(Progress(done, samples.size))
-
+    frames = _frames(story, samples, on_progress)
     try:
         with tempfile.TemporaryDirectory(prefix=".export.", dir=target.parent) as name:
             new = Path(name) / target.name
             with np.errstate(over="ignore", invalid="ignore"):  # runs that blew up hold numbers of any size
                 if format == "pvd":
-                    made = _write_pvd(story, frames(), new)
+                    made = _write_pvd(story, frames, new)
                 elif format == "xdmf":
-                    made = _write_xdmf(story, frames(), new)
+                    made = _write_xdmf(story, frames, new)
                 else:
                     made = _write_csv(history, samples, new)
             for path in made:  # what is opened last: so it never lists what is not there
@@ -272,7 +266,7 @@ def _surface(geometry: BeamGeometry, k: float) -> pv.PolyData:
     return mesh
 
 
-def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
+def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterator[Frame]:
     """Yield the frames: the beam three times, its pin, and with contact its point and the slope.
 
     The beam is there as a swept tube, as its axis, a polyline, and in its initial shape.  The last one alone
@@ -288,7 +282,8 @@ def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
     solids = [pin(geometry), *whole]
     fixed = [pv.PolyData(solid.points, faces=solid.faces) for solid in (one.triangulate() for one in solids)]
     times, sides = geometry.times, _sides(geometry.times)
-    for k in samples:
+    for done, k in enumerate(samples):
+        on_progress(Progress(done, samples.size))
         line = pv.PolyData(geometry.centreline(k), lines=[geometry.stations.size, *range(geometry.stations.size)])
         results = [name for name in QUANTITIES if not name.endswith("_stress")]
         line.point_data.update({name: geometry.along(name, k) for name in results})
@@ -305,6 +300,7 @@ def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
         for number, mesh in enumerate(parts.values()):
             mesh.cell_data["part"] = np.full(mesh.n_cells, number)
         yield {"time": float(times[k]), "side": int(sides[k]), "sample": int(k)}, parts
+    on_progress(Progress(samples.size, samples.size))
 
 
 def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:

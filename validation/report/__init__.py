@@ -223,8 +223,6 @@ class Report:
     seconds: float | None = None
     #: names and values for the head; provenance, versions and machine are added
     facts: Sequence[tuple[str, str]] = ()
-    #: facts that differ from run to run
-    times: Sequence[tuple[str, str]] = ()
     overview: Sequence[Block] = ()
     sections: Sequence[Section] = ()
     #: whether the page has a field that filters the rows of its parts
@@ -242,7 +240,7 @@ class Report:
         times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", command_line())]
         times += [("wall time", f"{self.seconds:.1f} s")] if self.seconds is not None else []
         return environment.get_template("report.html.j2").render(
-            document=self, facts=[*self.facts, *_provenance()], times=[*times, *self.times]
+            document=self, facts=[*self.facts, *_provenance()], times=times
         )
 
     def write(

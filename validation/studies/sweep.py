@@ -171,18 +171,14 @@ def report(result: SweepResult) -> Report:
     stopped = unfinished.head(_LISTED)[["run", "outcome", "stopped_at", "message"]]
     more = f"The first {_LISTED} of {len(unfinished)}." if len(unfinished) > _LISTED else ""
     none = [Text("Pictures are drawn for sweeps with one or two directions.", note=True)]
-    seconds = frame["wall_time"]
     return Report(
         plan.file.title or "Sweep",
         plan.file.description or "A scenario over axes of its keys; every run is a row of results.parquet.",
+        result.seconds,
         facts=[
             ("runs", str(len(frame))),
             ("scenario", Path(plan.file.scenario).name),
             ("changes", ", ".join(f"{key} = {value}" for key, value in plan.changes.items()) or "none"),
-        ],
-        times=[
-            ("wall time of all runs together", f"{seconds.sum():.1f} s"),
-            ("of one run", f"{seconds.mean():.3f} s in the mean, {seconds.max():.3f} s at most"),
         ],
         overview=[
             Table.of_frame(outcomes, "How the runs ended; regime is the first macro-collision."),
