@@ -1,13 +1,20 @@
-"""Where the parts of a frame are; what would be too small to be read is left out."""
+"""Where the parts of a frame are; what would be too small to be read is left out.  The bar of length."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 Box = tuple[int, int, int, int]  # left, top, width, height (pixels)
 
 _LEAST_INSET = (150, 150)  # width and height (pixels)
 _LEAST_CHART = (250, 110)
+_UNITS = ((0.1, 1.0, "m"), (1e-3, 1e-3, "mm"), (0.0, 1e-6, "µm"))  # from which length on (m), size (m), name
 
 
 class Layout(NamedTuple):
@@ -52,3 +59,27 @@ def lay_out(size: tuple[int, int], head: int, views: int, inset: bool, charts: b
 def _side_by_side(box: Box, count: int) -> list[Box]:
     left, top, width, height = box
     return [(left + n * (width // count), top, width // count, height) for n in range(count)]
+
+
+class ScaleBar(NamedTuple):
+    """A bar of a length (m), as the picture shows it: from its first end to its last one (2,) (pixels)."""
+
+    length: float
+    across: Array
+
+    @property
+    def text(self) -> str:
+        """The length in words."""
+        size, unit = next((size, unit) for least, size, unit in _UNITS if self.length >= 0.999 * least)
+        return f"{self.length / size:g} {unit}"
+
+
+def scale_bar(metre: Array, longest: float) -> ScaleBar:
+    """Return the longest bar of 1, 2 or 5 times a power of ten that is not longer than some pixels.
+
+    `metre` (2,) is what the picture makes of a metre along the bar (pixels).
+    """
+    room = longest / float(np.linalg.norm(metre))
+    power = 10.0 ** math.floor(math.log10(room))
+    length = float(next(m for m in (5.0, 2.0, 1.0) if m * power <= room * (1.0 + 1e-9)) * power)
+    return ScaleBar(length, length * np.asarray(metre))

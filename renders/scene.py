@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.layout import Box
+from oblique_impact.renders.layout import Box, ScaleBar, scale_bar
 from oblique_impact.renders.offscreen import prepare
-from oblique_impact.renders.scale_bar import ScaleBar, scale_bar
 from oblique_impact.renders.scenery import block, pin, slab, stand
-from oblique_impact.renders.shadow import Shadow
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import TEXT, Style
 
@@ -39,6 +37,12 @@ _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
 _CLOSE_ARROW = 0.36  # length of the largest force's arrow there, over that height
 _IN_FRONT = -1e6  # units of depth by which arrow and contact point are drawn in front of the slope
+#: of the soft shadow of a beam
+_SHADOW_STRENGTH = 0.36  # part of the light that a beam in contact takes away
+_SHADOW_SPREAD = 0.12  # growth of the half width of a shadow over the height of the beam
+_SHADOW_PROFILE = np.array([0.0, 0.12, 0.5, 0.88, 1.0, 0.88, 0.5, 0.12, 0.0])  # of the darkness across the strip
+_SHADOW_REACH = 1.8  # half width of the strip, over that of the shadow
+_SHADOW_LIFT = 0.05  # over the radius: how far the strip lies above its plane, so that it is not hidden by it
 _BEAM = {"ambient": 0.38, "diffuse": 0.65, "specular": 0.06, "specular_power": 30.0}
 _SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
 
@@ -336,3 +340,42 @@ class Force:
         )
         for mark in self._marks:
             mark.points = place[None]
+
+
+class Shadow:
+    """The soft shadow of a beam under light from above: a `mesh` with colours and opacity in the array "tone".
+
+    VTK's own shadow maps have hard edges and take longer than all the rest of a frame in software OpenGL.
+
+    It falls on the plane across the plane of motion through the `ends` (2, 2) of a line (m).  The shadows of
+    several beams, by their `number` from 0, do not lie in one plane.
+    """
+
+    def __init__(self, geometry: BeamGeometry, ends: NDArray[np.float64], number: int) -> None:
+        self._geometry, self._ends = geometry, ends
+        self._lift = _SHADOW_LIFT * (number + 1) * geometry.touch_radius
+        # points along the beam, row by row across the strip
+        self.mesh = pv.Plane(i_resolution=geometry.stations.size - 1, j_resolution=_SHADOW_PROFILE.size - 1)
+        self.mesh.clear_data()
+        self._tone = np.zeros((self.mesh.n_points, 4), np.uint8)
+        self.mesh.point_data["tone"] = self._tone
+
+    def move(self, k: float) -> bool:
+        """Fall from the beam at the fractional sample k; returns whether there is a shadow."""
+        geometry, ((x0, y0), (x1, y1)) = self._geometry, self._ends
+        axis = geometry.centreline(k)
+        if not np.all(np.isfinite(axis)) or abs(y1 - y0) >= 10.0 * abs(x1 - x0):  # a plane that is almost upright
+            return False
+        x = np.clip(axis[:, 0], min(x0, x1), max(x0, x1))  # what lies beyond the plane is a strip of no area
+        y = y0 + (x - x0) * (y1 - y0) / (x1 - x0)
+        height = np.maximum(axis[:, 1] - y, 0.0)
+        half = geometry.radii + _SHADOW_SPREAD * height
+        from_ends = np.minimum(geometry.stations, geometry.stations[-1] - geometry.stations)
+        dark = np.where(axis[:, 1] > y, _SHADOW_STRENGTH * geometry.radii / half, 0.0) * np.minimum(
+            from_ends / half, 1.0
+        )
+        z = np.outer(np.linspace(-1.0, 1.0, _SHADOW_PROFILE.size), _SHADOW_REACH * half)
+        self.mesh.points = np.stack(np.broadcast_arrays(x, y + self._lift, z), axis=-1).reshape(-1, 3)
+        self._tone[:, 3] = np.round(255.0 * np.outer(_SHADOW_PROFILE, dark)).ravel()
+        self.mesh.point_data["tone"] = self._tone
+        return True

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from oblique_impact.renders.scale_bar import ScaleBar
+from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.story import ColourScale
 from oblique_impact.renders.style import TEXT, Style
 

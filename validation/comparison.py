@@ -41,8 +41,8 @@ MAX_SHIFT = 0.1
 SAME = 1e-12
 #: events without a partner that a text lists at most
 LISTED = 10
-_COLLISION = {"start": "s", "end": "s", "contacts": "1", "peak_force": "N"}
-_COLLISION |= dict.fromkeys(("normal_impulse", "tangential_impulse"), "N s")
+_COLLISION = {"start": "s", "end": "s", "contacts": "1"}
+_COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
 #: columns of the differences of variables, with their headings in the report
 _COLUMNS = {

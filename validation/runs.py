@@ -1,8 +1,9 @@
-"""Runs that several checks or studies share within one process."""
+"""Runs and beams that several checks or studies share within one process."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 
 Array = NDArray[np.float64]
+
+#: length, mass per length and bending stiffness of one
+UNIT = {"length": 1.0, "area": 1.0, "density": 1.0, "youngs_modulus": 1.0, "second_moment": 1.0}
+EPS = float(np.finfo(float).eps)
 
 #: keys that several checks and studies take
 FEM, MEAN_AXIS = "discretization.method=fem", "discretization.frame=mean-axis"
@@ -47,3 +52,15 @@ def contact_times(history: History) -> Array:
 def column(history: History, name: str) -> Array:
     """Values of one variable of a history."""
     return np.asarray(history[name].values, dtype=float)
+
+
+def unit_beam(root: dict[str, Any] | None = None, **discretization: Any) -> Scenario:
+    """Return a beam of unit data without contact."""
+    return Scenario.from_dict(
+        {
+            "beam": UNIT,
+            "contact": {"enabled": False},
+            "root": root or {"kind": "pin"},
+            "discretization": discretization,
+        }
+    )

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.geometry import BeamGeometry, contact_gap
+from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.player.charts import PageChart, page_charts
 from oblique_impact.renders.player.numbers import fixed, significant
 from oblique_impact.renders.player.selection import evenly, frames
-from oblique_impact.renders.scale_bar import ScaleBar
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, Colour
 from oblique_impact.renders.timeline import rate_text

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from oblique_impact import Scenario, natural_frequencies, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.problem import beam_of
-from oblique_impact.validation.beams import unit_beam
+from oblique_impact.validation.runs import unit_beam
 
 INERTIAS = [0.0, 1e-4, 0.02, 1.0, 1e3, 1e9]
 

@@ -12,8 +12,8 @@ from oblique_impact import InputError, Scenario, fem_beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.fem_beam.mesh import beam_mesh
-from oblique_impact.validation.beams import UNIT
 from oblique_impact.validation.reference_values import VALUES
+from oblique_impact.validation.runs import UNIT
 
 AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
 SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))

@@ -10,7 +10,7 @@ import pytest
 
 from oblique_impact import InputError
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.scale_bar import scale_bar
+from oblique_impact.renders.layout import scale_bar
 from oblique_impact.renders.story import ColourScale, colour_scale, round_up
 from oblique_impact.renders.style import Colour
 from oblique_impact.renders.surroundings import drawn_obstacles

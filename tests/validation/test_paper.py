@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from oblique_impact import Scenario
 from oblique_impact.renders.style import figure_style
 from oblique_impact.validation.paper import command
-from oblique_impact.validation.paper.cases import cases, combinations, paper
 from oblique_impact.validation.paper.claims import CLAIMS
 from oblique_impact.validation.paper.figures import PLOTS, draw_on, window
-from oblique_impact.validation.paper.measures import Models, run_light, sticks, within
+from oblique_impact.validation.paper.measures import Models, cases, combinations, paper, run_light, sticks, within
 from oblique_impact.validation.paper.rules import VERDICTS
 
 from .test_paper_claims import event, made

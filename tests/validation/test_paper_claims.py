@@ -12,9 +12,8 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.marching.records import Event
 from oblique_impact.validation.paper import claims
-from oblique_impact.validation.paper.cases import MODELS
 from oblique_impact.validation.paper.claims import CLAIMS, judge_claims
-from oblique_impact.validation.paper.measures import Models, force_difference, in_flight
+from oblique_impact.validation.paper.measures import MODELS, Models, force_difference, in_flight
 from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED
 
 BY_ID = {claim.id: claim for claim in CLAIMS}

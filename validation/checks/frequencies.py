@@ -13,10 +13,10 @@ from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.modal import clamped_free_roots, hinged_free_roots
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.beams import EPS, unit_beam
 from oblique_impact.validation.checks.plots import frequency_errors_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import EPS, unit_beam
 
 check = checks_of("frequencies", "Beam frequencies and their h⁴ constants")
 

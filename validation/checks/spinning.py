@@ -10,10 +10,10 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
-from oblique_impact.validation.beams import EPS, unit_beam
 from oblique_impact.validation.checks.plots import campbell_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
 from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import EPS, unit_beam
 
 check = checks_of("spinning", "Spinning beams")
 

@@ -18,8 +18,7 @@ import pandas as pd
 
 from oblique_impact.history.history import History
 from oblique_impact.validation.paper import rules
-from oblique_impact.validation.paper.cases import MODELS, SCHEMES
-from oblique_impact.validation.paper.measures import MissingError, Models
+from oblique_impact.validation.paper.measures import MODELS, SCHEMES, MissingError, Models
 from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS, Finding
 
 

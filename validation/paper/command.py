@@ -13,9 +13,19 @@ from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.paper.cases import MODELS, cases, combinations, paper
 from oblique_impact.validation.paper.claims import CLAIMS, Reproduction, judge_claims
-from oblique_impact.validation.paper.measures import NAN, Models, collisions, longest, run_light, sticks
+from oblique_impact.validation.paper.measures import (
+    MODELS,
+    NAN,
+    Models,
+    cases,
+    collisions,
+    combinations,
+    longest,
+    paper,
+    run_light,
+    sticks,
+)
 from oblique_impact.validation.paper.report import write_report
 from oblique_impact.validation.studies.parallel import map_parallel
 

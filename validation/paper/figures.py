@@ -15,8 +15,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.renders.envelope import drawn
 from oblique_impact.renders.style import SERIES, STATE_COLOURS
-from oblique_impact.validation.paper.cases import SCHEMES
-from oblique_impact.validation.paper.measures import Models, collisions, reversals, sticks, within
+from oblique_impact.validation.paper.measures import SCHEMES, Models, collisions, reversals, sticks, within
 from oblique_impact.validation.report import Picture, picture
 
 #: inches; half of an A4 page within its margins, so that the print is as large as drawn

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oblique_impact.validation.paper.cases import MODELS, SCHEMES
 from oblique_impact.validation.paper.claims import Reproduction
 from oblique_impact.validation.paper.figures import PLOTS, draw
-from oblique_impact.validation.paper.measures import STICK, Models
+from oblique_impact.validation.paper.measures import MODELS, SCHEMES, STICK, Models
 from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS
 from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text, number, write_file
 
