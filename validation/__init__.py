@@ -15,60 +15,44 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from oblique_impact.validation.comparison import Comparison, compare
-    from oblique_impact.validation.paper.claims import Reproduction
-    from oblique_impact.validation.paper.command import reproduce
-    from oblique_impact.validation.studies.design import (
-        AxisSection,
-        HypercubeSection,
-        SweepFile,
-        TableSection,
-    )
-    from oblique_impact.validation.studies.ladders import StudyResult
-    from oblique_impact.validation.studies.predictability import Predictability, predictability
-    from oblique_impact.validation.studies.refinement import refine
-    from oblique_impact.validation.studies.small_deflection import SmallDeflection, small_deflection
-    from oblique_impact.validation.studies.sweep import SweepResult, sweep
-    from oblique_impact.validation.suite import Result, validate
+    from oblique_impact.validation.comparison import Comparison as Comparison
+    from oblique_impact.validation.comparison import compare as compare
+    from oblique_impact.validation.paper.claims import Reproduction as Reproduction
+    from oblique_impact.validation.paper.command import reproduce as reproduce
+    from oblique_impact.validation.studies.design import AxisSection as AxisSection
+    from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
+    from oblique_impact.validation.studies.design import SweepFile as SweepFile
+    from oblique_impact.validation.studies.design import TableSection as TableSection
+    from oblique_impact.validation.studies.ladders import StudyResult as StudyResult
+    from oblique_impact.validation.studies.predictability import Predictability as Predictability
+    from oblique_impact.validation.studies.predictability import predictability as predictability
+    from oblique_impact.validation.studies.refinement import refine as refine
+    from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
+    from oblique_impact.validation.studies.small_deflection import small_deflection as small_deflection
+    from oblique_impact.validation.studies.sweep import SweepResult as SweepResult
+    from oblique_impact.validation.studies.sweep import sweep as sweep
+    from oblique_impact.validation.suite import Result as Result
+    from oblique_impact.validation.suite import validate as validate
 
-__all__ = [
-    "AxisSection",
-    "Comparison",
-    "HypercubeSection",
-    "Predictability",
-    "Reproduction",
-    "Result",
-    "SmallDeflection",
-    "StudyResult",
-    "SweepFile",
-    "SweepResult",
-    "TableSection",
-    "compare",
-    "predictability",
-    "refine",
-    "reproduce",
-    "small_deflection",
-    "sweep",
-    "validate",
-]
-
-#: modules with these names, imported on first use: `run` on the command line should not wait for pandas and joblib
-_MODULES = (
-    "comparison",
-    "suite",
-    "studies.design",
-    "studies.predictability",
-    "studies.refinement",
-    "studies.small_deflection",
-    "studies.sweep",
-    "paper.command",
-)
+# pandas, joblib and matplotlib take a second to load: a command that needs none of them does not wait
+_MODULES = {
+    "comparison": ("Comparison", "compare"),
+    "paper.claims": ("Reproduction",),
+    "paper.command": ("reproduce",),
+    "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
+    "studies.ladders": ("StudyResult",),
+    "studies.predictability": ("Predictability", "predictability"),
+    "studies.refinement": ("refine",),
+    "studies.small_deflection": ("SmallDeflection", "small_deflection"),
+    "studies.sweep": ("SweepResult", "sweep"),
+    "suite": ("Result", "validate"),
+}
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:
-    if name in __all__:
-        for module in _MODULES:
-            found = vars(import_module(f"{__name__}.{module}")).get(name)
-            if found is not None:
-                return found
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Import what is asked for when it is first used (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
