@@ -21,7 +21,6 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.geometry import BeamGeometry, contact_gap
 from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.player.charts import PageChart, page_charts
-from oblique_impact.renders.player.numbers import fixed, significant
 from oblique_impact.renders.player.selection import evenly, frames
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, Colour
@@ -302,3 +301,23 @@ def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
         ]
         found.append({"frame": max(int(last_sample(times, contact.start)), 0), "cells": cells})
     return found
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with fixed decimals and a proper minus, none before zero; a dash if it is not finite."""
+    if not math.isfinite(value):
+        return "–"
+    text = f"{value:.{decimals}f}"
+    return text.lstrip("-") if float(text) == 0.0 else text.replace("-", "−")
+
+
+def significant(value: float, digits: int) -> str:
+    """Return a number with significant digits, without exponent between 1e-4 and 1e6."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    if not -4 <= int(power) <= 5:
+        return f"{mantissa}e{int(power)}".replace("-", "−")
+    return fixed(value, max(0, digits - 1 - int(power)))

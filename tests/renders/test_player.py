@@ -12,8 +12,7 @@ import pytest
 from oblique_impact.contact.state import State
 from oblique_impact.renders.outlines import SIDES
 from oblique_impact.renders.player import write_player
-from oblique_impact.renders.player.content import content_of
-from oblique_impact.renders.player.numbers import fixed, significant
+from oblique_impact.renders.player.content import content_of, fixed, significant
 from oblique_impact.renders.story import colour_scale, story_of
 from oblique_impact.renders.style import Colour, Style
 from oblique_impact.renders.timeline import rate_text
