@@ -267,6 +267,13 @@ def same_warnings(runs: Iterable[tuple[str, str]]) -> list[tuple[str, list[str]]
 # --- on disk
 
 
+class _Shared(dict[str, str]):
+    """Texts by column that all copies share: pandas copies the attributes of a frame with each of its columns."""
+
+    def __deepcopy__(self, memo: object) -> _Shared:
+        return self
+
+
 def _frame(
     runs: Sequence[Run], keys: Sequence[str], rows: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]
 ) -> pd.DataFrame:
@@ -278,8 +285,8 @@ def _frame(
     about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
     about |= {name: (unit, meaning) for name, (_, unit, meaning) in COLUMNS.items()}
     frame.attrs = {
-        "units": {**units, **{name: unit for name, (unit, _) in about.items()}},
-        "meanings": {name: meaning for name, (_, meaning) in about.items()},
+        "units": _Shared({**units, **{name: unit for name, (unit, _) in about.items()}}),
+        "meanings": _Shared({name: meaning for name, (_, meaning) in about.items()}),
     }
     return frame
 
