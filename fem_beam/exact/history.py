@@ -104,7 +104,7 @@ class _Frame:
         """Return the history; `wall` is the time of the marching (s)."""
         samples = self._samples()
         variables = {**samples.variables(), **self._at_the_contact(), **self._along(), "station": self.stations.x}
-        return beam_history(self.scenario, self.run.record, samples, variables, wall)
+        return beam_history(self.scenario, self.run.record, samples, variables, self.section_forces, wall)
 
     def _samples(self) -> Samples:
         run = self.run
@@ -167,17 +167,10 @@ class _Frame:
         }
 
     def _along(self) -> dict[str, Column]:
-        """Results along the beam, each (samples, stations), and the distance from the slope."""
+        """Displacements along the beam, each (samples, stations), and the distance from the slope."""
         t = self.stations
         u, rate = self._displacement(t.values, t.x)
         found: dict[str, Column] = {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
-        found |= {name: np.empty(u.shape) for name in ("moment", "shear", "axial_force")}
-        for start in range(0, len(self.q), _BLOCK):
-            part = slice(start, start + _BLOCK)
-            for name, values in self._section_forces(part).items():
-                found[name][part] = values
-        modulus = self.sections.fibre_distance(t.x) / self.sections.second_moment(t.x)
-        found["bending_stress"] = modulus * found["moment"]
         if self.scenario.contact.enabled:
             places, section = _complex(self.q), None
             if self.scenario.contact.surface == "section":
@@ -187,6 +180,15 @@ class _Frame:
             axis = places @ t.values.T, places @ t.slopes.T
             found["clearance"], found["clearance_at"], _ = smallest_distance(self.scenario, t.x, axis, section)
         return found
+
+    def section_forces(self) -> dict[str, Column]:
+        """Section forces and bending stress, each (samples, stations), of samples at stations."""
+        with np.errstate(all="ignore"):  # as in the run, which may have diverged
+            parts = [self._section_forces(slice(k, k + _BLOCK)) for k in range(0, len(self.q), _BLOCK)]
+        found: dict[str, Column] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        x = self.stations.x
+        modulus = self.sections.fibre_distance(x) / self.sections.second_moment(x)
+        return found | {"bending_stress": modulus * found["moment"], "time": self.time, "station": x}
 
     def _section_forces(self, part: slice) -> dict[str, Array]:
         """Moment, its slope along the beam, and the force along the frame's axis, of some samples.

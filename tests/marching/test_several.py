@@ -22,7 +22,7 @@ def run(*keys: str, obstacles=(), **sections) -> History:
     defaults = {"contact": {"where": "anywhere"}, "slope": {"enabled": False}}
     for name, values in (defaults | sections).items():
         given[name] = {**given.get(name, {}), **values}
-    return simulate(Scenario.from_dict(given), section_forces=False)
+    return simulate(Scenario.from_dict(given))
 
 
 MEAN_AXIS = ("discretization.frame=mean-axis", "discretization.modes=4", "end_time=0.45")
@@ -35,7 +35,7 @@ def pegs() -> History:
 
 
 def test_one_contact_of_several_is_the_contact_of_the_paper():
-    alone = simulate(Scenario.builtin("paper", ["end_time=0.5"]), section_forces=False)
+    alone = simulate(Scenario.builtin("paper", ["end_time=0.5"]))
     several = run("end_time=0.5", slope={"enabled": True})
     assert [e.kind for e in several.events] == [e.kind for e in alone.events]
     for a, b in zip(several.events, alone.events, strict=True):
@@ -165,11 +165,11 @@ def test_two_pegs_at_one_place_are_one():
 def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
     """They notice a contact at the end of a step: times are of first order."""
     keys = ("discretization.modes=4", "end_time=0.4", "contact.normal=spring", "contact.damping=0.05")
-    located = simulate(Scenario.builtin("two-pegs", list(keys)), section_forces=False)
+    located = simulate(Scenario.builtin("two-pegs", list(keys)))
     apart = []
     for step in (1e-5, 2.5e-6):
         steps = f"solver.scheme=fixed-step solver.free_step={step} solver.contact_step={step}".split()
-        found = simulate(Scenario.builtin("two-pegs", [*keys, *steps]), section_forces=False)
+        found = simulate(Scenario.builtin("two-pegs", [*keys, *steps]))
         assert [(e.kind, e.obstacle) for e in found.events] == [(e.kind, e.obstacle) for e in located.events]
         times = zip(found.events, located.events, strict=True)
         apart.append(max(abs(a.time - b.time) for a, b in times))

@@ -28,7 +28,7 @@ def strike(pegs: Sequence[tuple[float, float]], *keys: str) -> History:
         "contact": {**given.get("contact", {}), "where": "anywhere"},
         "obstacles": [{"kind": "point", "origin": list(peg)} for peg in pegs],
     }
-    return simulate(Scenario.from_dict(given), section_forces=False)
+    return simulate(Scenario.from_dict(given))
 
 
 @check("A beam falls onto a rigid peg, without and with friction.", seconds=1.5)
@@ -115,7 +115,7 @@ def elements() -> list[Measurement]:
     keys = ["contact.normal=spring", "contact.friction=frictionless", "discretization.modes=6", "end_time=0.42"]
 
     def times(*more: str) -> np.ndarray:
-        history = simulate(Scenario.builtin("two-pegs", [*keys, *more]), section_forces=False)
+        history = simulate(Scenario.builtin("two-pegs", [*keys, *more]))
         return np.array([event.time for event in history.events[:8]])
 
     modal = times()

@@ -30,7 +30,7 @@ from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each
-from oblique_impact.validation.studies.quantities import FIELDS, GapError, not_determined, quantity
+from oblique_impact.validation.studies.quantities import GapError, not_determined, quantity
 
 #: the frame of a study in its folder
 TABLE = "results.parquet"
@@ -180,8 +180,7 @@ def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[
                 if timeout is not None and marching.seconds > timeout:
                     raise OutOfTimeError(f"took longer than {timeout:g} s, until t = {status.time:.6g} s")
 
-            along = histories or any(name.partition(":")[2] in FIELDS for name in run.quantities)
-            history = simulate(run.scenario, check_time, section_forces=along)
+            history = simulate(run.scenario, check_time)
         row = measure(history, run.quantities)
         if histories:  # as bytes: a worker of a cluster may have no folder in common with us
             with tempfile.TemporaryDirectory() as folder:
