@@ -13,11 +13,11 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5netcdf
 import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends import H5NetCDFStore
 
 from oblique_impact.beam.clearance import closest, slope_warnings
 from oblique_impact.beam.convergence import unconverged_results
@@ -271,9 +271,9 @@ class History:
 
         Raises InputError if the folder cannot be written.
         """
-        target, scenario = prepare_folder(folder), self.scenario_toml
+        target = prepare_folder(folder)
         texts = {
-            "scenario.toml": scenario,
+            "scenario.toml": self.scenario_toml,
             "events.csv": self.events_csv(),
             "summary.json": json.dumps(self.summary, indent=2) + "\n",
         }
@@ -284,13 +284,17 @@ class History:
         whole = self.data if self.scenario is None else self.data.assign(self.section_forces())
         whole = whole.assign_attrs(
             format=FORMAT,
-            scenario=scenario,
+            scenario=self.scenario_toml,
             events=json.dumps([event_row(event, self._event_columns) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
-        # made in memory: HDF5 crashes the process if it cannot write to a full disk
-        netcdf = _netcdf(whole)
+        # made in memory: HDF5 crashes the process if it cannot write to a full disk.  `to_netcdf` would import
+        # Dask's scheduler where there is one, for a tenth of a second, and on a cluster ask it for a lock
+        netcdf = BytesIO()
+        store = H5NetCDFStore.open(netcdf, "w", lock=False)
+        whole.dump_to_store(store)
+        store.close()
         writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf.getbuffer())
         try:
             write_all(writers)
@@ -363,22 +367,6 @@ class History:
             [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],  # type: ignore[arg-type]
             data[list(SECTION_FORCES)] if scenario else None,
         )
-
-
-def _netcdf(data: xr.Dataset) -> BytesIO:
-    """Return a dataset as a NetCDF-4 file, written by the library that xarray writes it by.
-
-    xarray would import Dask where it finds it, for a tenth of the time of a short run, and on a cluster ask it for
-    a lock.
-    """
-    content, stored = BytesIO(), {"U": h5py.string_dtype(), "b": np.int8}  # types that NetCDF does not have
-    with h5netcdf.File(content, "w") as file:
-        file.dimensions = dict(data.sizes)
-        for name, variable in data.variables.items():
-            values = variable.values.astype(stored.get(variable.dtype.kind, variable.dtype), copy=False)
-            file.create_variable(str(name), variable.dims, data=values).attrs.update(variable.attrs)
-        file.attrs.update(data.attrs)
-    return content
 
 
 def beam_history(

@@ -169,7 +169,6 @@ def test_a_file_is_one_that_xarray_reads_and_may_hold_more(history, tmp_path):
     history = simulate(Scenario.builtin("paper", keys))
     assert history.data.sizes["station"] == history.data.sizes["coordinate"] == 33
     own = {"radius": ("station", np.linspace(0.0, 1.0, 33), {"units": "m"})}
-    own |= {"part": ("station", np.array(["root", *32 * ["beam"]]))}
     changed = dataclasses.replace(history, data=history.data.assign(own).assign_attrs(note="by hand"))
     folder = changed.save(tmp_path / "run")
     xr.testing.assert_identical(History.load(folder).data, changed.data)
