@@ -25,7 +25,7 @@ from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.problem import Problem, SeveralContacts
+from oblique_impact.marching.problem import MultiContact, Problem
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.messages import refused
@@ -124,8 +124,10 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
-    several = _several_contacts(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
-    machine = several.machines.machines[0] if several else contact_machine(s, scheme, tolerances, parts)
+    multi_contact = _multi_contact(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
+    machine = (
+        multi_contact.machines.machines[0] if multi_contact else contact_machine(s, scheme, tolerances, parts)
+    )
     return Problem(
         beam.model,
         q0,
@@ -138,13 +140,13 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
         residual=beam.residual,
-        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not several else None,
+        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not multi_contact else None,
         relative_deflection=beam.relative_deflection,
-        several=several,
+        multi_contact=multi_contact,
     )
 
 
-def _several_contacts(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> SeveralContacts | None:
+def _multi_contact(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> MultiContact | None:
     """Return the places where a beam can touch obstacles with their transition tables; None if there are none."""
     s, c, places = beam.scenario, beam.scenario.contact, beam.contact_places
     if not places or not s.contact.enabled:
@@ -165,7 +167,7 @@ def _several_contacts(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts:
                 place.extent,
             )
         )
-    return SeveralContacts(
+    return MultiContact(
         ContactMachines(machines, beam.size),
         tuple(place.obstacle for place in places),
         tuple(place.on_side for place in places),

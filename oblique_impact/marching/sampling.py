@@ -12,9 +12,9 @@ from oblique_impact.contact.state import (
     NO_CONTACT,
     NORMAL_FORCE,
     TANGENTIAL_FORCE,
+    ContactArrays,
     Instant,
     Phase,
-    Several,
 )
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
@@ -59,14 +59,14 @@ def contact_problem(system: Any, t: float, q: Array, qd: Array, w: Workspace) ->
 
 
 @jitable
-def _keep_contacts(several: Several | None, undefined: bool, contacts: Array) -> None:
+def _keep_contacts(arrays: ContactArrays | None, undefined: bool, contacts: Array) -> None:
     """Keep each of several contacts, forces as NaN if there are none; the compiler leaves it out of one."""
-    if several is None:
+    if arrays is None:
         return
     for i in range(contacts.shape[0]):
         for j in range(contacts.shape[1]):
             force = j in (NORMAL_FORCE, TANGENTIAL_FORCE)
-            contacts[i, j] = np.nan if undefined and force else several.instants[i, j]
+            contacts[i, j] = np.nan if undefined and force else arrays.instants[i, j]
 
 
 @kernel("the sampling")
@@ -108,13 +108,13 @@ def observe_into(
         for j in range(INSTANT):
             known = not kept or j < 4 or INSTANT - 4 <= j < INSTANT - 2
             instants[i, j] = c[j] if known else np.nan
-        _keep_contacts(phase.several, kept, contacts[i])
+        _keep_contacts(phase.arrays, kept, contacts[i])
 
 
 def observe(system: Any, phase: Phase, times: Array, states: Array, w: Workspace) -> Observation:
     """Observe samples: times (samples,) and state vectors (samples, ny)."""
     count, d = times.size, w.vectors.forces.shape[0]
-    contacts = len(phase.several.rows) if phase.several else 0
+    contacts = len(phase.arrays.rows) if phase.arrays else 0
     found = Observation(np.empty((count, d)), np.empty((count, INSTANT)), np.empty((count, contacts, INSTANT)))
     observe_into(system, phase, times, states, w, np.empty(states.shape[1]), *found)
     return found
