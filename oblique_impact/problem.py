@@ -98,6 +98,8 @@ def _requirement(name: str, s: Scenario) -> str:
         return f'root.kind = "driven" (it is "{s.root.kind}")'
     if name == "base_motion" and (s.root.spin_rate != 0.0 or s.root.profile != "hold"):
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
+    if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
+        return 'contact.where = "point": of several contacts the built-in one decides'
     if name in ("scheme", "discretization") and s.is_nodal:
         return "discretization.modes >= 1"
     return ""
