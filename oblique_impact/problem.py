@@ -127,9 +127,10 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
     multi_contact = _multi_contact(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
-    machine = (
-        multi_contact.machines.machines[0] if multi_contact else contact_machine(s, scheme, tolerances, parts)
-    )
+    if multi_contact:
+        machine = multi_contact.machines.machines[0]
+    else:
+        machine = contact_machine(s, scheme, tolerances, parts, s.contact.stiffness, s.slope.extent)
     return Problem(
         beam.model,
         q0,
@@ -150,25 +151,10 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
 
 def _multi_contact(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> MultiContact | None:
     """Return the places where a beam can touch obstacles with their transition tables; None if there are none."""
-    s, c, places = beam.scenario, beam.scenario.contact, beam.contact_places
+    s, places = beam.scenario, beam.contact_places
     if not places or not s.contact.enabled:
         return None
-    machines = []
-    for place in places:
-        law = parts.contact_law
-        if law is None and c.normal == "spring":
-            law = ElasticStop(place.stiffness, c.damping)
-        machines.append(
-            ContactMachine(
-                parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-                _impact_law(s),
-                tolerances._replace(flight=scheme.shortest_flight),
-                Baumgarte.from_parameters(*s.solver.baumgarte, s.solver.baumgarte_form),
-                scheme.stick_criterion,
-                law,
-                place.extent,
-            )
-        )
+    machines = [contact_machine(s, scheme, tolerances, parts, place.stiffness, place.extent) for place in places]
     return MultiContact(
         ContactMachines(machines, beam.size),
         tuple(place.obstacle for place in places),
@@ -197,9 +183,18 @@ def scheme_of(scenario: Scenario) -> Scheme:
 
 
 def contact_machine(
-    scenario: Scenario, scheme: Scheme, tolerances: Tolerances, parts: Parts = Parts()
+    scenario: Scenario,
+    scheme: Scheme,
+    tolerances: Tolerances,
+    parts: Parts,
+    stiffness: float,
+    extent: tuple[float, ...],
 ) -> ContactMachine:
-    """Return the transition table of a scenario."""
+    """Return the transition table of one contact of a scenario.
+
+    `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
+    has no ends.
+    """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
         parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
@@ -207,16 +202,16 @@ def contact_machine(
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.stick_criterion,
-        parts.contact_law or contact_law_of(scenario),
-        scenario.slope.extent,
+        parts.contact_law or contact_law_of(scenario, stiffness),
+        extent,
     )
 
 
-def contact_law_of(scenario: Scenario) -> ContactLaw | None:
-    """Return the law of a compliant stop, None of a rigid one."""
+def contact_law_of(scenario: Scenario, stiffness: float) -> ContactLaw | None:
+    """Return the built-in law of a compliant stop of the given stiffness (N/m), None of a rigid one."""
     c = scenario.contact
     if c.normal == "spring":
-        return ElasticStop(c.stiffness, c.damping)
+        return ElasticStop(stiffness, c.damping)
     return MasslessPoint() if c.point_inertia == "none" else None
 
 

@@ -210,8 +210,9 @@ def energy_curves(story: Story) -> list[Curve]:
 def stop_energy(geometry: BeamGeometry) -> Array:
     """Return the energy (J) of an elastic stop, (samples,); 0 of a rigid one."""
     history, times = geometry.history, geometry.times
-    energy, stop = np.zeros(times.size), contact_law_of(geometry.scenario)
-    if stop is None or not geometry.scenario.contact.enabled:
+    scenario = geometry.scenario
+    energy, stop = np.zeros(times.size), contact_law_of(scenario, scenario.contact.stiffness)
+    if stop is None or not scenario.contact.enabled:
         return energy
     for contact in history.contacts:
         span = slice(int(last_sample(times, contact.start)), int(first_sample(times, contact.end)) + 1)
