@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from oblique_impact.scenario.obstacles import slope_side
 from oblique_impact.scenario.sections import DiscretizationSection
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.grid", only
     if not s.slope.enabled:
         yield "slope.enabled", f"false {only}; contact.enabled = false is free motion"
-    beyond = not slope_side(s).is_beside(s.initial_slip)
+    beyond = not s.slope_side.is_beside(s.initial_slip)
     if s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
         below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
         yield "initial.angle", f"{below}; the gap should be at least 0"
