@@ -208,6 +208,11 @@ class Beam:
         """Residual compliance (m/N) at the contact point, transverse to the beam."""
         return float(self.residual_flexibility[0, 0])
 
+    def residual_compliance_at(self, place: float) -> float:
+        """Return the residual compliance (m/N) at a place (m) of a beam in modes, transverse to it."""
+        clamped = self.scenario.discretization.frame == "tangent"
+        return float(residual_flexibility(self.operators, clamped, place)[0, 0])
+
     def residual(self, q: Array) -> Residual:
         """Return the residual flexibility of the contact along the normal, at the coordinates q (d,)."""
         s = self.scenario
