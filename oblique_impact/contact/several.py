@@ -26,6 +26,7 @@ from oblique_impact.contact.forces import (
     instant_of,
     moved,
     stop_force,
+    with_forces,
 )
 from oblique_impact.contact.friction import Branch
 from oblique_impact.contact.state import (
@@ -34,6 +35,8 @@ from oblique_impact.contact.state import (
     DEFINITE,
     FIRST,
     FREE,
+    GAP,
+    GAP_RATE,
     GUARDS,
     HIGHEST,
     INTERCEPT,
@@ -44,6 +47,7 @@ from oblique_impact.contact.state import (
     NORMAL_FORCE,
     SIDE,
     SLIDING,
+    SLIP,
     SLIP_RATE,
     SLOPE,
     STATE,
@@ -94,11 +98,57 @@ def instant_at(arrays: ContactArrays, i: int) -> Instant:
     return Instant(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], 0.0, 0.0)
 
 
+# one contact or several: `arrays` is an argument of its own, so that the compiler drops one of the two branches
+
+
+@inlined
+def contact_count(arrays: ContactArrays | None) -> int:
+    """Return the number of contacts."""
+    if arrays is None:
+        return 1
+    return arrays.rows.shape[0]
+
+
+@inlined
+def contact_phase(arrays: ContactArrays | None, phase: Phase, i: int) -> Phase:
+    """State of contact i; both branches have one type for the compiler, which of several contacts sees both."""
+    if arrays is None:
+        stop, friction, surface = phase.stop, phase.friction, phase.surface
+        return Phase(
+            phase.state,
+            Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law),
+            Branch(friction.intercept, friction.slope, friction.lower, friction.upper),
+            Stick(phase.stick.static, phase.stick.slip),
+            phase.stabilization,
+            Surface(surface.enabled, surface.side, surface.first, surface.last),
+            phase.residual,
+            None,
+        )
+    return phase_of(phase, arrays, i)
+
+
+@inlined
+def contact_at(arrays: ContactArrays | None, c: Instant, i: int) -> Instant:
+    """Contact problem of contact i where they were solved last; of a single one it is c."""
+    if arrays is None:
+        return c
+    return instant_at(arrays, i)
+
+
+@inlined
+def keep_forces(arrays: ContactArrays | None, c: Instant, i: int, normal: float, tangential: float) -> Instant:
+    """Keep the forces (N) of contact i; returns those of all, c with these forces of a single one."""
+    if arrays is None:
+        return with_forces(c, normal, tangential, c.supplied_power)
+    arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = normal, tangential
+    return c
+
+
 @jitable
 def solve_contacts(
     arrays: ContactArrays | None, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
 ) -> tuple[int, Instant]:
-    """Acceleration of `phase`; its field `arrays` is an argument, so that the compiler drops one of the branches.
+    """Acceleration of `phase`.
 
     Returns as :func:`oblique_impact.contact.forces.accelerate`; of several contacts the smallest distance in
     flight, the largest gap rate and the sum of the normal forces.
@@ -127,6 +177,28 @@ def _accelerate_coupled(
         normal += arrays.instants[i, NORMAL_FORCE]
     supplied = e.supplied_power + dot(v.supply, acceleration)
     return OK, Instant(least, 0.0, fastest, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, normal, 0.0, e.damping_power, supplied)
+
+
+@jitable
+def touch_contacts(
+    arrays: ContactArrays, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
+) -> tuple[float, float]:
+    """Kinematics of all contacts, with the rows of the closed ones, and no force of those in flight.
+
+    Returns the smallest distance (m) of a contact in flight and the largest gap rate (m/s).
+    """
+    least, fastest = 1e300, 0.0
+    for i in range(arrays.rows.shape[0]):
+        k, c = system.touch(i, t, q, qd, w), arrays.instants[i]
+        c[GAP], c[SLIP], c[GAP_RATE], c[SLIP_RATE] = k.gap, k.slip, k.gap_rate, k.slip_rate
+        fastest = max(fastest, abs(k.gap_rate))
+        if arrays.rows[i, STATE] == FREE:
+            c[NORMAL_FORCE], c[TANGENTIAL_FORCE] = 0.0, 0.0
+            least = min(least, arrays.rows[i, SIDE] * k.gap)
+        else:
+            copy(w.vectors.normal_row, arrays.directions[i, 0])
+            copy(w.vectors.tangential_row, arrays.directions[i, 1])
+    return least, fastest
 
 
 @jitable

@@ -73,7 +73,7 @@ def contact_losses(phase: Phase, c: Instant) -> tuple[float, float]:
 
 
 @jitable
-def _rates_into(
+def rates_into(
     arrays: ContactArrays | None, phase: Phase, c: Instant, qd: Array, w: Workspace, rates: Array
 ) -> None:
     """Put the rates of the quadratures into `rates`; the compiler drops one of the two branches."""
@@ -119,7 +119,7 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: 
     for i in range(d):
         dy[i] = qd[i]
         dy[d + i] = acceleration[i]
-    _rates_into(phase.arrays, phase, c, qd, w, dy[2 * d :])
+    rates_into(phase.arrays, phase, c, qd, w, dy[2 * d :])
     return status, c
 
 

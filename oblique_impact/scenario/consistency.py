@@ -90,9 +90,7 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "discretization.method", f'should be "modal" or "fem" {several}'
     if s.is_nodal:
         yield "discretization.modes", f"should be at least 1 {several}"
-    if s.solver.scheme not in ("event", "fixed-step"):
-        yield "solver.scheme", f'should be "event" or, with contact.normal = "spring", "fixed-step" {several}'
-    if s.solver.scheme == "fixed-step" and s.contact.normal == "rigid":
+    if s.solver.scheme != "event" and s.contact.normal == "rigid":
         yield "solver.scheme", f'should be "event" {several} and a rigid stop'
     if s.contact.surface == "section" and _is_tapered(s):
         yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
