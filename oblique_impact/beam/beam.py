@@ -12,12 +12,14 @@ from oblique_impact.beam import floating_frame, nodal_frame
 from oblique_impact.beam.axis import Places
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
-from oblique_impact.beam.nodal_frame import NodalModel
+from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import residual_flexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
+from oblique_impact.kernels.workspace import Vectors
 from oblique_impact.scenario.scenario import Scenario
 
 _ROOTS = {"pin": floating_frame.PIN, "hub": floating_frame.HUB, "driven": floating_frame.DRIVEN}
@@ -337,7 +339,23 @@ class FullBeam(Beam):
             mass_proportional=s.beam.mass_proportional,
             contact_first=int(at[0]),
             contact_end=int(at[-1]) + 1,
+            places=self._nodal_places(),
             **self._load_and_slope(),
+        )
+
+    def _nodal_places(self) -> NodalPlaces | None:
+        """Places of contact as kernels read them; None if one point alone can touch the slope."""
+        if self.scenario.contact.where == "point":
+            return None
+        assert self.operators.along is not None
+        places, size = self.contact_places, self.size + 1
+        return NodalPlaces(
+            HermiteShapes(self.operators.along.edges),
+            np.array([place.on_side for place in places]),
+            np.array([place.numbers for place in places], dtype=float),
+            np.zeros(size),
+            np.zeros(size),
+            Vectors.new(size),
         )
 
     def initial_state(self) -> tuple[Array, Array]:

@@ -88,8 +88,8 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
     if s.is_absolute:
         yield "discretization.method", f'should be "modal" or "fem" {several}'
-    if s.is_nodal:
-        yield "discretization.modes", f"should be at least 1 {several}"
+    if s.is_nodal and s.contact.normal == "rigid":
+        yield "contact.normal", f'should be "spring" {several} and the full nodal model; or keep modes'
     if s.solver.scheme != "event" and s.contact.normal == "rigid":
         yield "solver.scheme", f'should be "event" {several} and a rigid stop'
     if s.contact.surface == "section" and _is_tapered(s):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, bent_axis, fit_shapes, touch_peg
+from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, fit_shapes, touch_peg
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels.workspace import Array, Vectors
@@ -44,7 +44,7 @@ def test_axis_of_eigenfunctions_is_theirs() -> None:
     B[:] = 0.01 * rng.standard_normal(16) / np.arange(1, 17) ** 2
     z, w = np.polynomial.legendre.leggauss(80)
     for x in rng.uniform(0.0, 1.0, 20):
-        axis = bent_axis(table, x, B, np.zeros(12))
+        axis = table.bent_axis(x, B, np.zeros(12))
         found = axis.u_y, axis.slope, axis.curvature
         for k in range(3):
             assert found[k] == pytest.approx(float(modes.derivative(np.array([x]), k)[0] @ B), abs=1e-13 * 100**k)
