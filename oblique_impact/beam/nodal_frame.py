@@ -156,9 +156,9 @@ def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: A
     """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
     u, frame, frame_qd, v = model.vectors, places.q, places.qd, places.vectors
     frame[0], frame_qd[0] = _frame(model, q, qd)
-    for k in range(q.shape[0]):
-        frame[k + 1] = q[k] - frame[0] * u[RIGID, k]
-        frame_qd[k + 1] = qd[k] - frame_qd[0] * u[RIGID, k]
+    for j in range(q.shape[0]):
+        frame[j + 1] = q[j] - frame[0] * u[RIGID, j]
+        frame_qd[j + 1] = qd[j] - frame_qd[0] * u[RIGID, j]
     n, B, Bd = places.numbers[i], frame[1:], frame_qd[1:]
     if places.on_side[i]:
         axis = places.shapes.bent_axis(n[0], B, v.polynomial)

@@ -106,7 +106,7 @@ def contact_count(arrays: ContactArrays | None) -> int:
     """Return the number of contacts."""
     if arrays is None:
         return 1
-    return arrays.rows.shape[0]
+    return int(arrays.rows.shape[0])
 
 
 @inlined

@@ -125,7 +125,7 @@ def _applied(c: Coefficients, before: AlgorithmState, after: AlgorithmState, h: 
     """Impulse (N s) that the algorithm has applied by the contact force number k; keeps its average."""
     mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
     after.averaged[k] = 1.0 / (1.0 - c.alpha_m) * (mean - c.alpha_m * before.averaged[k])
-    return h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k])
+    return float(h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k]))
 
 
 @jitable

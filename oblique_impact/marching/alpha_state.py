@@ -96,7 +96,7 @@ def quadrature_count(arrays: ContactArrays | None) -> int:
     """Return the number of quadratures: those of the run and, of several contacts, of each."""
     if arrays is None:
         return QUADRATURES
-    return QUADRATURES + OF_A_CONTACT * arrays.rows.shape[0]
+    return QUADRATURES + OF_A_CONTACT * int(arrays.rows.shape[0])
 
 
 @inlined

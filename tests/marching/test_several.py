@@ -217,6 +217,55 @@ def test_three_rigid_pegs_that_an_impact_closes_on_two_degrees_of_freedom_are_re
 
 
 @pytest.mark.slow  # compiles kernels of its own
+@pytest.mark.parametrize(
+    ("case", "keys"),
+    [
+        ("sticking", ()),
+        ("sticking", ("contact.damping=0.2", "contact.friction=modified-coulomb")),
+        ("paper", ("root.kind=hub", "root.inertia=0.01", "root.hub_radius=0.05", "root.torque=-1.0")),
+    ],
+    ids=["sticking", "smooth friction", "hub"],
+)
+def test_one_elastic_contact_of_several_is_that_of_one_in_generalized_alpha(case, keys):
+    steps = ("solver.scheme=generalized-alpha", "solver.free_step=1e-5", "solver.contact_step=2e-6")
+    given = (*steps, "contact.normal=spring", "contact.residual_flexibility=false", *keys)
+    alone = simulate(Scenario.builtin(case, list(given)))
+    several = simulate(Scenario.builtin(case, [*given, "contact.where=anywhere"]))
+    assert [(e.kind, e.state) for e in several.events] == [(e.kind, e.state) for e in alone.events]
+    assert len(alone.events) > 5
+    for a, b in zip(several.events, alone.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-11)
+    for a, b in zip(several.contacts, alone.contacts, strict=True):
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-9)
+        assert a.tangential_impulse == pytest.approx(b.tangential_impulse, rel=1e-9)
+        assert a.energy_loss == pytest.approx(b.energy_loss, rel=1e-8, abs=1e-12)
+    stuck = alone["state"].values == 2
+    for column in ("lambda_tau", "lambda_n"):
+        there, force = several[column].values[stuck], alone[column].values[stuck]
+        np.testing.assert_allclose(there, force, rtol=1e-9, atol=1e-6)
+
+
+def test_all_nodes_of_a_mesh_meet_pegs_as_all_its_modes_do():
+    mesh = "discretization.method=fem", "discretization.elements=4", "contact.normal=spring", "end_time=0.4"
+    keys = (*mesh, "contact.stiffness=2e5", "contact.mu_static=0.3", "contact.mu_kinetic=0.3")
+    modes = run(*keys, "discretization.frame=mean-axis", "discretization.modes=8", obstacles=PEGS)
+    steps = "solver.free_step=4e-6", "solver.contact_step=4e-6"
+    nodes = run(*keys, *steps, "discretization.modes=0", obstacles=PEGS)
+    assert [(e.kind, e.obstacle) for e in nodes.events] == [(e.kind, e.obstacle) for e in modes.events]
+    for a, b in zip(nodes.events, modes.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-6)
+        assert a.place == pytest.approx(b.place, abs=1e-8)
+    for a, b in zip(nodes.contacts, modes.contacts, strict=True):
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, abs=2e-4)
+        assert a.peak_force == pytest.approx(b.peak_force, rel=2e-3)
+        assert (a.first_place, a.last_place) == pytest.approx((b.first_place, b.last_place), abs=1e-7)
+    assert abs(nodes.balance["unaccounted"]) < 1e-6 * nodes.balance["initial"]
+    assert nodes.balance["lost_friction"] == pytest.approx(modes.balance["lost_friction"], rel=1e-4)
+    lost = sum(contact.energy_loss for contact in nodes.contacts)
+    assert lost == pytest.approx(nodes.balance["lost_friction"], rel=1e-9)
+
+
+@pytest.mark.slow  # compiles kernels of its own
 def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
     """They notice a contact at the end of a step: times are of first order."""
     keys = ("discretization.modes=4", "end_time=0.4", "contact.normal=spring", "contact.damping=0.05")

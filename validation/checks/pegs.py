@@ -110,6 +110,29 @@ def elastic() -> list[Measurement]:
     return [*found, Measurement("largest force", peak, wanted["peak"], "N", 5e-5, text, "peak")]
 
 
+@check("All nodes of a mesh against all its modes, on two elastic pegs with friction.", seconds=2.5)
+def all_nodes() -> list[Measurement]:
+    """Distance of event times between generalized-alpha and the event scheme, and its order over the step."""
+    mesh = ["discretization.method=fem", "discretization.elements=4", "contact.normal=spring"]
+    keys = [*mesh, "contact.stiffness=2e5", "contact.mu_static=0.3", "contact.mu_kinetic=0.3", "end_time=0.4"]
+
+    def events(*more: str) -> list[tuple[float, tuple[str, int]]]:
+        history = strike([_PEG, (0.7, -0.01)], *keys, *more)
+        return [(event.time, (event.kind.value, event.obstacle)) for event in history.events]
+
+    wanted, apart = events("discretization.modes=8"), []
+    for step in ("4e-6", "2e-6"):
+        steps = f"solver.free_step={step}", f"solver.contact_step={step}", "solver.scheme=generalized-alpha"
+        found = events("discretization.modes=0", *steps)
+        same = [kind for _, kind in found] == [kind for _, kind in wanted]
+        apart.append(max(abs(a - b) for (a, _), (b, _) in zip(found, wanted, strict=True)) if same else np.inf)
+    text = "the same system by another scheme"
+    return [
+        Measurement("distance of event times, steps of 2e-6 s", apart[1], 0.0, "s", 2e-7, text, "distance"),
+        Measurement("its order", float(np.log2(apart[0] / apart[1])), 2.0, "1", 0.1, "the scheme's", "order"),
+    ]
+
+
 @check("Modes against elements reduced to as many modes of their own, on two elastic pegs.", seconds=3.0)
 def elements() -> list[Measurement]:
     """Distance of event times, and its order over the elements: that of Hermite elements in frequencies."""
