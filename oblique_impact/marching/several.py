@@ -143,9 +143,32 @@ class MultiContactRun(Run):
             if t - left < recent and abs(probe.of(i).instant.gap) < _JUST_OPENED * tolerances.gap
         ]
         change = self.contacts.machines.after_guard(leaving, guard, lately, probe)
+        self._hand_over(change, probe)
         self._change(leaving, change, probe)
         self._watch_for_chattering()
         self._enter(leaving)
+
+    def _hand_over(self, change: Change, probe: MultiContactProbe) -> None:
+        """Let the corner take over from an elastic contact that slides over the end of a side, or that from it.
+
+        A point of the beam at the depth d beyond the end of a side has the corner in the beam, within d of itself
+        and deep by d times the cosine of the angle between beam and side.
+        """
+        contacts, machines = self.contacts, self.contacts.machines.machines
+        for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and contacts.machines.compliant]:
+            own = probe.of(i).instant
+            for j, machine in enumerate(machines):
+                if (contacts.obstacles[j], contacts.on_side[j]) != (
+                    contacts.obstacles[i],
+                    not contacts.on_side[i],
+                ):
+                    continue
+                other = probe.of(j).instant
+                apart = contacts.place(i, own.slip) - contacts.place(j, other.slip)
+                flies = self._state(self._phase, j).state == State.FREE
+                if flies and other.gap < 0.0 and abs(apart) < -own.gap and not machine.is_beyond(other.slip):
+                    change.phases[j] = machine.touch(probe.of(j)).phase
+                    change.events.append((j, EventKind.IMPACT))
 
     def _change(self, leaving: Phase, change: Change, probe: MultiContactProbe) -> None:
         """Apply impulses, log events, open and close contacts, take the new phase."""
@@ -204,13 +227,19 @@ class MultiContactRun(Run):
         self._y[2 * self.problem.q0.size + own :][:OF_A_CONTACT] += added
 
     def _account_for_penetrations(self, leaving: Phase, change: Change, before: Mapping[int, Instant]) -> None:
-        """Charge a fixed step, which notices contacts late, with the energy of stops that it finds or leaves."""
+        """Account for the energy of stops that are found or left compressed.
+
+        It is the scheme's where fixed steps notice contacts late, and the stop's where a contact is handed over.
+        """
         gone = {contact for contact, _ in change.passages}
         for i, state in change.phases.items():
             law, was = self.contacts.machines.machines[i].contact_law, self._state(leaving, i).state
             if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
-                found = -1.0 if was == State.FREE else 1.0
-                self._quadratures()[STABILIZATION_LOSS] += found * law.energy(before[i].gap, 0.0)
+                energy = law.energy(before[i].gap, 0.0)
+                if gone:
+                    self._add_to(i, 0.0, 0.0, 0.0, -energy)
+                else:
+                    self._quadratures()[STABILIZATION_LOSS] += -energy if was == State.FREE else energy
 
     @property
     def solved(self) -> ContactArrays:

@@ -110,6 +110,36 @@ def elastic() -> list[Measurement]:
     return [*found, Measurement("largest force", peak, wanted["peak"], "N", 5e-5, text, "peak")]
 
 
+@check("A hub's torque draws the tip over the edge of an elastic table and back.", seconds=1.0)
+def handover() -> list[Measurement]:
+    """Jump of the force where tip and corner take over from each other, and the balance of energy.
+
+    Both are as deep in the table but for the cosine of the beam's angle to it, here 0.05 rad.
+    """
+    height, past = 0.05, 6e-5  # m; the tip comes down so far beyond the end of the table
+    end = float(np.sqrt(1.0 - height**2)) - past
+    keys = (
+        "discretization.frame=mean-axis discretization.modes=3 initial.angle=0 end_time=0.06 root.kind=hub "
+        "root.inertia=0.01 root.torque=-10 contact.where=anywhere contact.normal=spring contact.stiffness=1e6 "
+        f"contact.friction=frictionless slope.angle=0 slope.origin=[-1,{-height}] slope.extent=[0,{1.0 + end}]"
+    )
+    history = simulate(Scenario.builtin("paper", keys.split()))
+    times, forces = history["time"].values, history["contact_lambda_n"].values.sum(axis=1)
+    begun = {event.time: event.place for event in history.events if event.kind.value == "impact"}
+    jumps, onto = [], set()
+    for event in history.events:
+        if event.kind.value == "release" and event.time in begun:
+            before, after = forces[np.abs(times - event.time) < 1e-12]
+            jumps.append(abs(after / before - 1.0))
+            onto.add("table" if begun[event.time] == 1.0 else "corner")
+    text = "the same depth, in the directions of beam and table"
+    return [
+        Measurement("ways over the edge", len(onto), 2, "1", 0, "onto the table and onto its corner", "ways"),
+        Measurement("largest jump of the force", max(jumps), 0.0, "1", 1.25e-3, text, "jump"),
+        Measurement("unaccounted", history.balance["unaccounted"], 0.0, "J", 1e-10, "balance of energy", "energy"),
+    ]
+
+
 @check("All nodes of a mesh against all its modes, on two elastic pegs with friction.", seconds=2.5)
 def all_nodes() -> list[Measurement]:
     """Distance of event times between generalized-alpha and the event scheme, and its order over the step."""
