@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import KroghInterpolator
@@ -14,13 +14,13 @@ from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.clearance import smallest_distance
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
-from oblique_impact.contact.state import Instant, State
+from oblique_impact.contact.state import INSTANT, State
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
 from oblique_impact.fem_beam.exact.run import Run
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.sample_times import ascending
-from oblique_impact.history.samples import GAP, Column, Samples
+from oblique_impact.history.samples import GAP, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Column, Samples
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.scenario import Scenario
 
@@ -98,30 +98,84 @@ class _Frame:
         self.time = ascending(np.array([sample.time for sample in run.samples]))
         s = self.scenario
         self.sections = Sections.from_scenario(s)
+        self._several = s.contact.where == "anywhere" and bool(run.contacts)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point), s.contact.point)
 
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
         samples = self._samples()
         variables = {**samples.variables(), **self._at_the_contact(), **self._along(), "station": self.stations.x}
+        if self._several:
+            variables |= self._of_contacts(samples.contacts)
         return beam_history(self.scenario, self.run.record, samples, variables, wall)
 
     def _samples(self) -> Samples:
         run = self.run
-        instants = [
-            Instant(*sample.place)._replace(
-                normal_force=sample.normal_force, tangential_force=sample.tangential_force
-            )
-            for sample in run.samples
-        ]
+        contacts = self._instants()
+        state = np.array([max(sample.states, default=State.FREE) for sample in run.samples], dtype=np.int8)
         quadratures = np.zeros((len(run.samples), len(run.totals)))
         quadratures[-1] = run.totals
-        state = np.array([int(sample.state) for sample in run.samples], dtype=np.int8)
         weight = self.beam.weight(self.scenario.gravity)
         energies = self.beam.kinetic_energy(self.v), self.beam.elastic_energy(self.q), -self.q @ weight
-        none, scalars = np.zeros((len(run.samples), 0)), np.array(instants)
-        depth = np.where(state == State.FREE, 0.0, np.maximum(0.0, -scalars[:, GAP]))
-        return Samples(self.time, self.q, self.v, none, quadratures, state, scalars, *energies, depth)
+        none, depth = np.zeros((len(run.samples), 0)), np.zeros(len(run.samples))
+        if contacts.shape[1]:
+            depth = np.max(np.where(self.states == State.FREE, 0.0, np.maximum(0.0, -contacts[:, :, GAP])), axis=1)
+        scalars = self._nearest(contacts)
+        return Samples(
+            self.time, self.q, self.v, none, quadratures, state, scalars, *energies, depth, contacts, self.states
+        )
+
+    @cached_property
+    def states(self) -> Column:
+        """States of the contacts (samples, n)."""
+        return np.array([sample.states for sample in self.run.samples], dtype=np.int8)
+
+    def _instants(self) -> Array:
+        """Return the fields of `Instant` of each contact, (samples, n, 13)."""
+        found = np.zeros((len(self.run.samples), len(self.run.contacts), INSTANT))
+        for row, sample in zip(found, self.run.samples, strict=True):
+            for instant, place in zip(row, sample.places, strict=True):
+                instant[:4] = place[:4]
+            row[:, LAMBDA_N], row[:, LAMBDA_T] = sample.normal, sample.tangential
+        return found
+
+    def _nearest(self, contacts: Array) -> Array:
+        """Return (samples, 13): kinematics of the contact with the smallest distance, forces of all together."""
+        found = np.zeros((len(contacts), INSTANT))
+        if contacts.shape[1]:
+            touchings = [contact.touching for contact in self.run.contacts]
+            first, last = np.array([touching.extent or (-np.inf, np.inf) for touching in touchings]).T
+            slip = contacts[:, :, SLIP]
+            gaps = contacts[:, :, GAP]
+            distance = np.where((first <= slip) & (slip <= last), gaps, np.inf)
+            found = contacts[np.arange(len(contacts)), np.argmin(distance, axis=1)]
+            found[:, [LAMBDA_N, LAMBDA_T]] = contacts[:, :, [LAMBDA_N, LAMBDA_T]].sum(axis=1)
+        return found
+
+    def _of_contacts(self, contacts: Array) -> dict[str, Column]:
+        """Return the variables of several contacts, each (samples, n), from the fields of `Instant` of each."""
+        places = [sample.places for sample in self.run.samples]
+
+        def column(name: str) -> np.ndarray[Any, Any]:
+            return np.array([[getattr(place, name) for place in row] for row in places])
+
+        point, normal, along = column("point"), contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T]
+        force = normal * column("normal") + along * column("tangent")
+        touchings = [contact.touching for contact in self.run.contacts]
+        return {
+            "contact_obstacle": np.array([touching.obstacle for touching in touchings], dtype=np.int16),
+            "contact_place": column("x"),
+            "contact_x": point.real,
+            "contact_y": point.imag,
+            "contact_gap": contacts[:, :, GAP],
+            "contact_slip": contacts[:, :, SLIP],
+            "contact_slip_rate": contacts[:, :, SLIP_RATE],
+            "contact_lambda_n": normal,
+            "contact_lambda_tau": along,
+            "contact_fx": force.real,
+            "contact_fy": force.imag,
+            "contact_state": self.states,
+        }
 
     @cached_property
     def frame(self) -> tuple[Array, Array]:
@@ -147,11 +201,11 @@ class _Frame:
         return r - (self.beam.radius + x), rate
 
     def _at_the_contact(self) -> dict[str, Column]:
-        node = self.run.slope.node
+        node = int(np.argmin(np.abs(self.beam.x - self.scenario.contact.point)))
         unit = np.eye(1, self.beam.x.size, node)
         u, _ = self._displacement(unit, self.beam.x[node : node + 1])
         # of the contact point in the section
-        lever = 1j * self.run.slope.fibre * np.exp(1j * self.q[:, NODE * node + 2])
+        lever = 1j * self.scenario.contact_fibre * np.exp(1j * self.q[:, NODE * node + 2])
         place = _complex(self.q)[:, node] + lever
         velocity = _complex(self.v)[:, node] + 1j * self.v[:, NODE * node + 2] * lever
         theta, spin = self.frame
@@ -185,7 +239,11 @@ class _Frame:
                 turn = np.exp(1j * (phi @ t.values.T))
                 section = turn, 1j * (phi @ t.slopes.T) * turn
             axis = places @ t.values.T, places @ t.slopes.T
-            found["clearance"], found["clearance_at"], _ = smallest_distance(self.scenario, t.x, axis, section)
+            found["clearance"], found["clearance_at"], obstacle = smallest_distance(
+                self.scenario, t.x, axis, section
+            )
+            if self._several:
+                found["clearance_obstacle"] = obstacle
         return found
 
     def _section_forces(self, part: slice) -> dict[str, Array]:
