@@ -16,8 +16,9 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
 from oblique_impact.contact.state import INSTANT, State
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
-from oblique_impact.fem_beam.exact.run import Run
+from oblique_impact.fem_beam.exact.run import Run, Sample
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.stop import PointOnSide
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.samples import GAP, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Column, Samples
@@ -54,33 +55,38 @@ def simulate(
 
 
 class _Stations(NamedTuple):
-    """Matrices from nodes to values and slopes, and from Gauss points to section forces, at output stations."""
+    """Matrices from nodes to values and slopes at output stations."""
 
     x: Array
     values: Array  # (stations, nodes)
     slopes: Array
-    recovery: Array  # (stations, Gauss points)
 
 
-def stations_of(beam: ExactBeam, x: Array, point: float) -> _Stations:
-    """Read the elements at places x (m).
-
-    Section forces are polynomials through the nearest Gauss points, where they are most accurate, on the near side
-    of the contact point: there the shear force jumps.
-    """
+def stations_of(beam: ExactBeam, x: Array) -> _Stations:
+    """Read the elements at places x (m)."""
     values, slopes = np.zeros((2, x.size, beam.x.size))
-    gauss = beam.points.ravel()
-    recovery = np.zeros((x.size, gauss.size))
     for row, place in enumerate(x):
         e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
         nodes = np.arange(2 * e, 2 * e + 3)
         shapes = _lagrange(beam.x[nodes])
         values[row, nodes], slopes[row, nodes] = shapes(place), shapes.derivative(place)
-        inboard = place <= point * (1.0 + 1e-12)
-        side = np.flatnonzero((gauss < point) == inboard)
-        chosen = side[np.sort(np.argsort(np.abs(gauss[side] - place), kind="stable")[:_NEAREST])]
-        recovery[row, chosen] = _lagrange(gauss[chosen])(place)
-    return _Stations(x, values, slopes, recovery)
+    return _Stations(x, values, slopes)
+
+
+def recovery(beam: ExactBeam, x: Array, without: frozenset[int]) -> Array:
+    """Return the matrix (stations, Gauss points) from section forces that are smooth to those at places x (m).
+
+    They are polynomials through the nearest Gauss points, where section forces are most accurate, other than those
+    of the elements `without`.
+    """
+    gauss, found = beam.points.ravel(), np.zeros((x.size, beam.points.size))
+    allowed = np.array([e for e in range(len(beam.points)) if e not in without])
+    points = (2 * allowed[:, None] + [0, 1]).ravel()
+    for row, place in enumerate(x):
+        nearest = np.argsort(np.abs(gauss[points] - place), kind="stable")[:_NEAREST]
+        chosen = points[np.sort(nearest)]
+        found[row, chosen] = _lagrange(gauss[chosen])(place)
+    return found
 
 
 def _lagrange(nodes: Array) -> KroghInterpolator:
@@ -99,7 +105,8 @@ class _Frame:
         s = self.scenario
         self.sections = Sections.from_scenario(s)
         self._several = s.contact.where == "anywhere" and bool(run.contacts)
-        self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point), s.contact.point)
+        self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
+        self._recoveries: dict[frozenset[int], Array] = {}
 
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
@@ -250,16 +257,59 @@ class _Frame:
         """Moment, its slope along the beam, and the force along the frame's axis, of some samples.
 
         M' = -Im(conj(r') f) with the force f = exp(i phi) (N + i Q) in the inertial frame; the moment that turns
-        the sections themselves is left out.
+        the sections themselves is left out.  What contact forces add is taken out before the rest, which is
+        smooth, is carried from Gauss points to stations.
         """
         kept = [sample.forces for sample in self.run.samples[part]]
-        fields, samples = self.beam.fields(self.q[part]), len(kept)
+        fields, samples, theta = self.beam.fields(self.q[part]), len(kept), self.frame[0][part, None, None]
         force = np.exp(1j * fields.rotation) * np.array([forces.force for forces in kept])
-        shear = -np.imag(fields.tangent.conj() * force)
-        axial = np.real(np.exp(-1j * self.frame[0][part, None, None]) * force)
-        moment = np.array([forces.moment for forces in kept])
-        by_name = {"moment": moment, "shear": shear, "axial_force": axial}
-        return {name: f.reshape(samples, -1) @ self.stations.recovery.T for name, f in by_name.items()}
+        by_name = {
+            "moment": np.array([forces.moment for forces in kept]),
+            "shear": -np.imag(fields.tangent.conj() * force),
+            "axial_force": np.real(np.exp(-1j * theta) * force),
+        }
+        inside, outside = (self._of_loads(part, x) for x in (self.beam.points.ravel(), self.stations.x))
+        found = {name: np.empty((samples, self.stations.x.size)) for name in by_name}
+        loaded = [self._loaded(sample) for sample in self.run.samples[part]]
+        for elements in set(loaded):
+            rows = np.array([each == elements for each in loaded])
+            smooth = self._recovery(elements).T
+            for name, values in by_name.items():
+                taken = values.reshape(samples, -1)[rows] - inside[name][rows]
+                found[name][rows] = taken @ smooth + outside[name][rows]
+        return found
+
+    def _loaded(self, sample: Sample) -> frozenset[int]:
+        """Return the elements that a point pushes inside of them: there section forces cannot jump."""
+        ends, contacts = self.beam.ends[1:-1], zip(self.run.contacts, sample.states, sample.places, strict=True)
+        return frozenset(
+            int(np.searchsorted(ends, place.x))
+            for contact, state, place in contacts
+            if state is not State.FREE and not isinstance(contact.touching, PointOnSide)
+        )
+
+    def _recovery(self, without: frozenset[int]) -> Array:
+        if without not in self._recoveries:
+            self._recoveries[without] = recovery(self.beam, self.stations.x, without)
+        return self._recoveries[without]
+
+    def _of_loads(self, part: slice, x: Array) -> dict[str, Array]:
+        """Return what contact forces add at places x (m) between them and the root."""
+        beam, theta = self.beam, self.frame[0][part]
+        found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
+        tangents, axis = beam.fields(self.q[part]).tangent.reshape(len(theta), -1), _complex(self.q[part])
+        for row, sample in enumerate(self.run.samples[part]):
+            for place, normal, tangential in zip(sample.places, sample.normal, sample.tangential, strict=True):
+                load = normal * place.normal + tangential * place.tangent
+                if load == 0.0:
+                    continue
+                before = x <= place.x * (1.0 + 1e-12)
+                shear = -(np.interp(place.x, beam.points.ravel(), tangents[row]).conjugate() * load).imag
+                couple = ((place.point - np.interp(place.x, beam.x, axis[row])).conjugate() * load).imag
+                found["shear"][row] += shear * before
+                found["axial_force"][row] += (np.exp(-1j * theta[row]) * load).real * before
+                found["moment"][row] += (couple - shear * (place.x - x)) * before
+        return found
 
 
 def _complex(q: Array) -> Complex:

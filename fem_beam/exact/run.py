@@ -43,6 +43,8 @@ from oblique_impact.scenario.scenario import Scenario
 _AT_ONCE = 1e-6
 #: so many transitions at one instant are chattering
 _MAX_AT_ONCE = 40
+#: part of a step that decides between stick and slip after each transition at the same instant, and how often
+_SHORTER, _SHORTEST = 0.1, 6
 #: tolerance of Newton's iterations that rounding leaves possible
 _LEAST_TOLERANCE = 1e-12
 _NO_IMPULSE = Impulse(0.0, 0.0, 0.0)
@@ -462,7 +464,9 @@ class Run:
         """Choose stick or slip at an instant without slip, by the force that would hold the point for a step."""
         contact = self.contacts[i]
         was = contact.phase
+        # where forces turn within a step, what follows contradicts it at once: then a part of the step decides
         length = min(self.scenario.solver.contact_step, self.scenario.solver.free_step)
+        length *= _SHORTER ** min(self._recent, _SHORTEST)
         trial = self._step(length, holding=i)
         force = self._mean_force(i, contact.touching.place(trial.stage), length)
         reaction = float(trial.reactions[i])

@@ -12,6 +12,7 @@ from oblique_impact import History, Scenario, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Run, Stage
+from oblique_impact.fem_beam.exact import simulate as simulate_exact
 from oblique_impact.fem_beam.exact.stop import PointOnBeam
 from oblique_impact.validation.runs import NEAR
 
@@ -243,3 +244,21 @@ def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
     ]
     springs = [0.5 * np.sum(sample.normal**2) / 1e4 for sample in march.samples]
     assert np.ptp(np.add(energies, springs)) < 1e-11
+
+
+def test_section_forces_jump_where_pegs_push_as_those_of_modes_do():
+    """Two pegs inside of elements, where the beam hardly bends; damped, so that few modes are enough."""
+    low = [{"kind": "point", "origin": [x, -x / 500], "stiffness": 1e5} for x in (0.43, 0.77)]
+    words = ["contact.friction=frictionless", "initial.angular_velocity=-0.2", "beam.kelvin_voigt=1e-4"]
+    words += ["discretization.frame=mean-axis", "end_time=0.0125", "solver.output_interval=5e-4"]
+    known = run(
+        *words, "discretization.method=modal", "solver.scheme=event", "discretization.modes=16", obstacles=low
+    )
+    given = scenario(*words, "discretization.elements=16", obstacles=low)
+    found = simulate_exact(given, sections=ElasticSections.bernoulli_euler(given))
+    for time in (0.0105, 0.0115):
+        here, there = found.at(time), known.at(time)
+        assert (here["contact_lambda_n"] > 10.0).all()
+        for name, share in (("moment", 3e-3), ("shear", 3e-3), ("axial_force", 1e-2)):
+            scale = float(np.abs(there[name]).max())
+            assert float(np.abs(here[name] - there[name]).max()) < share * scale, name
