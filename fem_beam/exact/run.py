@@ -105,31 +105,30 @@ def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
         return []
     found = list[Touching]()
     for place in contact_places(scenario):
-        law, at = ElasticStop(place.stiffness, scenario.contact.damping), place.numbers
+        law, at = ElasticStop(place.stiffness, scenario.contact.damping), [float(x) for x in place.numbers]
         common = beam, place.obstacle, law, place.extent
         if place.on_side:
             node = int(np.argmin(np.abs(beam.x - at[0])))
-            found.append(PointOnSide(*common, node, at[1], (at[2], at[3]), at[4]))
+            outer = int(np.cos(scenario.initial.angle - at[1]) > 0.0)
+            found.append(PointOnSide(*common, node, at[1], (at[2], at[3]), at[4], outer))
         else:
             found.append(PointOnBeam(*common, complex(at[0], at[1]), place.radius, at[3], at[4]))
     return found
 
 
-def _heirs(contacts: Sequence[_Books], scenario: Scenario) -> dict[int, int]:
+def _heirs(contacts: Sequence[_Books]) -> dict[int, int]:
     """Return which contact takes over where another slides off an end: tip on a side and its outer corner."""
     found: dict[int, int] = {}
     for i, contact in enumerate(contacts):
         side = contact.touching
         if isinstance(side, PointOnSide) and side.extent and side.node == side.beam.x.size - 1:
-            outwards = np.cos(scenario.initial.angle - side.angle) > 0.0
             corners = [
                 j
                 for j, other in enumerate(contacts)
                 if isinstance(other.touching, PointOnBeam) and other.touching.obstacle == side.obstacle
             ]
             if corners:
-                corner = corners[int(outwards)]
-                found |= {i: corner, corner: i}
+                found |= {i: corners[side.outer], corners[side.outer]: i}
     return found
 
 
@@ -179,7 +178,7 @@ class Run:
         touchings = touchings_of(scenario, self.beam)
         self.places = [touching.place(self.stage) for touching in touchings]
         self.contacts = [_Books(touching, place) for touching, place in zip(touchings, self.places, strict=True)]
-        self._heirs = _heirs(self.contacts, scenario)
+        self._heirs = _heirs(self.contacts)
         self._averages = Averages()
         self._recent = 0
         rough = scenario.contact.friction == "hybrid"
@@ -379,16 +378,24 @@ class Run:
         if kind is EventKind.IMPACT:
             return contact.side * after.gap
         if kind is AtEnd.SLIDES_OFF:
-            inside = contact.touching.inside(after)
-            if i in self._heirs and isinstance(contact.touching, PointOnSide):
-                # the tip leaves a side where the corner comes onto the beam: both ways at the same place
-                inside = places[self._heirs[i]].x - self.scenario.beam.length
-            return inside
+            return self._inside(i, places)
         if kind is EventKind.RELEASE:
             return -after.gap
         if kind is EventKind.REVERSAL:
             return contact.phase.direction * after.slip_rate
         return self._static * self._mean_force(i, after, length) - abs(float(step.reactions[i]))
+
+    def _inside(self, i: int, places: Sequence[Place]) -> float:
+        """Return a length (m) that falls through zero where a contact slides off an end.
+
+        The tip leaves a side for its corner where the corner comes onto the beam: both ways at the same place.
+        """
+        touching, place = self.contacts[i].touching, places[i]
+        if i in self._heirs and isinstance(touching, PointOnSide):
+            away = [abs(place.slip - end) for end in touching.extent]
+            if away[touching.outer] < away[1 - touching.outer]:
+                return places[self._heirs[i]].x - self.scenario.beam.length
+        return touching.inside(place)
 
     def _mean_force(self, i: int, after: Place, length: float) -> float:
         """Return the mean normal force (N) of a step."""
@@ -436,7 +443,12 @@ class Run:
     def _leave_end(self, i: int) -> None:
         """Let a contact go that has slid off an end; the energy that its heir does not store is lost."""
         energies = [contact.touching.law.energy(place.gap) for contact, place in self._each()]
-        heirs = [j for j in (self._heirs.get(i, i),) if not self.contacts[j].is_closed and energies[j] > 0.0]
+        at, depth = self.places[i].point, -self.places[i].gap
+        heirs = [
+            j
+            for j in (self._heirs.get(i, i),)
+            if not self.contacts[j].is_closed and energies[j] > 0.0 and abs(self.places[j].point - at) < depth
+        ]
         loss = energies[i] - sum(energies[j] for j in heirs)
         self.contacts[i].totals[STOP_LOSS] += loss
         self.totals[STOP_LOSS] += loss

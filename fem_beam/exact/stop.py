@@ -92,6 +92,7 @@ class PointOnSide(Touching):
     angle: float  # rad, of the side
     offsets: tuple[float, float]  # m: height of the side above the root's axis, place of its origin along it
     fibre: float = 0.0  # e (m), place of the point in the section, across the beam
+    outer: int = 1  # of the ends, the one that the beam points to
 
     @cached_property
     def tangent(self) -> complex:

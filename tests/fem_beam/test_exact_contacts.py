@@ -216,14 +216,27 @@ def test_points_of_the_beam_get_nodes_and_meet_a_side():
     assert abs(found.balance["unaccounted"]) < 1e-11
 
 
-def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
-    """A soft bar that lies on a table is thrown lengthwise: the force has no jump, and no energy is lost."""
-    table = {"kind": "side", "origin": [0.0, -1e-6], "extent": [0.9, 1.0003], "stiffness": 1e4}
+def thrown(speed: float, extent: list[float]) -> Run:
+    """A soft bar that lies on a table is thrown lengthwise (m/s), and is marched."""
+    table = {"kind": "side", "origin": [0.0, -1e-6], "extent": extent, "stiffness": 1e4}
     keys = ("initial.angular_velocity=0", "end_time=0.008", "contact.friction=frictionless")
     given = scenario(*keys, "solver.output_interval=1e-3", obstacles=[table])
     march = Run(given, sections=replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
-    march.stage.v[0::3] += 0.4 * march.beam.x
-    record = march.execute()
+    march.stage.v[0::3] += speed * march.beam.x
+    march.execute()
+    return march
+
+
+def beam_energy(march: Run, stage: Stage) -> float:
+    beam = march.beam
+    weight = beam.weight(march.scenario.gravity)
+    return float(beam.kinetic_energy(stage.v) + beam.elastic_energy(stage.q) - stage.q @ weight)
+
+
+def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
+    """The force has no jump, and no energy is lost."""
+    march = thrown(0.4, [0.9, 1.0003])
+    record = march.record
     assert [passage.how.value for passage in record.passages] == ["slides off", "slides off"]
     off, back = record.passages
     assert off.place == pytest.approx(1.0003, abs=1e-8)  # of the tip on the side
@@ -236,14 +249,24 @@ def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
     corner = [contact for contact in record.contacts if contact.start == off.time]
     assert [contact.end for contact in corner] == [back.time]
     assert corner[0].first_place == pytest.approx(1.0003 / 1.0007, abs=5e-4)
-    energies = [
-        march.beam.kinetic_energy(s.stage.v)
-        + march.beam.elastic_energy(s.stage.q)
-        - s.stage.q @ march.beam.weight(given.gravity)
-        for s in march.samples
-    ]
+    energies = [beam_energy(march, sample.stage) for sample in march.samples]
     springs = [0.5 * np.sum(sample.normal**2) / 1e4 for sample in march.samples]
     assert np.ptp(np.add(energies, springs)) < 1e-11
+
+
+def test_the_tip_that_slides_off_the_inner_end_of_a_side_falls():
+    """And the corner there slides off the tip; what springs have stored is lost with the contacts."""
+    march = thrown(-0.4, [0.9997, 1.2])
+    tip, corner = march.record.passages
+    assert (tip.how.value, tip.place) == ("slides off", pytest.approx(0.9997, abs=1e-8))
+    assert (corner.how.value, corner.place) == ("slides off", pytest.approx(-1.0, abs=1e-8))
+    assert [event.kind.value for event in march.record.events] == ["impact", "impact", "release", "release"]
+    samples = [sample for sample in march.samples if sample.time == corner.time]
+    assert samples[-1].normal.sum() == 0.0 < samples[0].normal.sum()
+    lost = sum(contact.energy_loss for contact in march.record.contacts)
+    assert lost == pytest.approx(0.5 * np.sum(samples[0].normal ** 2) / 1e4, rel=1e-6)
+    start, end = (beam_energy(march, march.samples[k].stage) for k in (0, -1))
+    assert start - end == pytest.approx(lost, rel=1e-6)
 
 
 def test_section_forces_jump_where_pegs_push_as_those_of_modes_do():
