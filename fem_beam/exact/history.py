@@ -153,7 +153,7 @@ class _Frame:
             touchings = [contact.touching for contact in self.run.contacts]
             first, last = np.array([touching.extent or (-np.inf, np.inf) for touching in touchings]).T
             slip = contacts[:, :, SLIP]
-            gaps = contacts[:, :, GAP]
+            gaps = contacts[:, :, GAP] * np.array([sample.sides for sample in self.run.samples])
             distance = np.where((first <= slip) & (slip <= last), gaps, np.inf)
             found = contacts[np.arange(len(contacts)), np.argmin(distance, axis=1)]
             found[:, [LAMBDA_N, LAMBDA_T]] = contacts[:, :, [LAMBDA_N, LAMBDA_T]].sum(axis=1)

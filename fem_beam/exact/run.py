@@ -55,11 +55,12 @@ _WAIT = 10.0  # s; a shorter run is not worth a line
 
 
 class Sample(NamedTuple):
-    """State and forces at an instant; of each contact its state, place and forces (N)."""
+    """State and forces at an instant; of each contact its state, side, place and forces (N)."""
 
     time: float
     stage: Stage
     states: tuple[State, ...]
+    sides: tuple[float, ...]  # 1, or -1 in flight below the line of a side
     places: tuple[Place, ...]
     normal: Array
     tangential: Array
@@ -511,13 +512,20 @@ class Run:
     def _sample(self) -> None:
         """Store a sample; the section forces follow when the next steps are known."""
         phases, number = [contact.phase for contact in self.contacts], len(self.samples)
-        forces = [contact.touching.force(place) for contact, place in self._each()]
         sticks = np.array([phase.state is State.STICK for phase in phases], dtype=bool)
-        normal = np.array([0.0 if p.state is State.FREE else f for p, f in zip(phases, forces, strict=True)])
+        normal = np.array([c.touching.force(place) if c.is_closed else 0.0 for c, place in self._each()])
         tangential = -self._kinetic * normal * np.array([phase.direction for phase in phases])
         at_once = self.beam.resultants(self.stage.q, self.stage.v, self.scenario.beam.kelvin_voigt)
-        states, places = tuple(phase.state for phase in phases), tuple(self.places)
-        sample = Sample(self.time, self.stage, states, places, normal, tangential, Forces(*at_once, 0.0 * normal))
+        sample = Sample(
+            self.time,
+            self.stage,
+            tuple(phase.state for phase in phases),
+            tuple(contact.side for contact in self.contacts),
+            tuple(self.places),
+            normal,
+            tangential,
+            Forces(*at_once, np.zeros(len(phases))),
+        )
         self.samples.append(sample)
 
         def store(forces: Forces) -> None:
