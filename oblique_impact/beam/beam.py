@@ -36,6 +36,34 @@ class ContactPlace(NamedTuple):
     radius: float = 0.0  # m, of a peg
 
 
+def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[ContactPlace]:
+    """Return places that can touch if the whole beam can: its points on each side, each obstacle point on it.
+
+    `foreshortening` is 0 where terms of second order are left out.
+    """
+    s, found = scenario, list[ContactPlace]()
+
+    def half_depth(x: float) -> float:
+        """Distance (m) at x of the face that touches from the axis."""
+        return s.beam.fibre_distance(x) if s.contact.surface == "section" else 0.0
+
+    length, reach = s.beam.length, s.root.hub_radius
+    for side in s.sides:
+        (x, y), c, sine = side.origin, np.cos(side.angle), np.sin(side.angle)
+        facing = -np.copysign(1.0, np.cos(s.initial.angle - side.angle))
+        for place in s.beam_points:
+            fibre = facing * half_depth(place)
+            numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, foreshortening * fibre
+            found.append(ContactPlace(side.obstacle, True, numbers, tuple(side.extent), side.stiffness))
+    for point in s.obstacle_points:
+        across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
+        along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
+        depth = half_depth(float(np.clip(along, 0.0, length)))
+        numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
+        found.append(ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius))
+    return found
+
+
 class Energies(NamedTuple):
     """Energies (J), each of shape (samples,)."""
 
@@ -140,29 +168,8 @@ class Beam:
 
     @cached_property
     def contact_places(self) -> list[ContactPlace]:
-        """Places that can touch if the whole beam can: its points on each side, and each obstacle point on it."""
-        s, kept, found = self.scenario, self.foreshortening, list[ContactPlace]()
-        length, reach = s.beam.length, s.root.hub_radius
-        for side in s.sides:
-            (x, y), c, sine = side.origin, np.cos(side.angle), np.sin(side.angle)
-            facing = -np.copysign(1.0, np.cos(s.initial.angle - side.angle))
-            for place in s.beam_points:
-                fibre = facing * self._half_depth(place)
-                numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, kept * fibre
-                found.append(ContactPlace(side.obstacle, True, numbers, tuple(side.extent), side.stiffness))
-        for point in s.obstacle_points:
-            across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
-            along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
-            depth = self._half_depth(float(np.clip(along, 0.0, length)))
-            numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
-            found.append(
-                ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius)
-            )
-        return found
-
-    def _half_depth(self, x: float) -> float:
-        """Distance (m) at x of the face that touches from the axis."""
-        return self.scenario.beam.fibre_distance(x) if self.scenario.contact.surface == "section" else 0.0
+        """Places that can touch if the whole beam can, see :func:`contact_places`."""
+        return contact_places(self.scenario, self.foreshortening)
 
     def _places(self) -> Places | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""

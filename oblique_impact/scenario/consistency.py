@@ -86,8 +86,6 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
-    if s.is_absolute:
-        yield "discretization.method", f'should be "modal" or "fem" {several}'
     if s.is_nodal and s.contact.normal == "rigid":
         yield "contact.normal", f'should be "spring" {several} and the full nodal model; or keep modes'
     if s.solver.scheme != "event" and s.contact.normal == "rigid":
@@ -185,12 +183,16 @@ def _of_discretization(s: Scenario) -> Iterator[tuple[str, str]]:
     if d.frame == "mean-axis" and s.root.is_moved:
         frame = "the mean-axis frame is for a pin or a hub of radius 0"
         yield "discretization.frame", f'{frame}; use "tangent" for this root'
-    if d.method != "modal" and d.elements < 2 and point < length:
-        yield "discretization.elements", "should be at least 2 with a contact point inside the span"
+    pieces = len({point, length, *s.contact_nodes})
+    if d.method != "modal" and d.elements < pieces:
+        why = f"contact.grid = {s.contact.grid}" if s.contact_nodes else "a contact point inside the span"
+        yield "discretization.elements", f"should be at least {pieces} with {why}"
     if d.nodes and (d.nodes[0] != 0.0 or abs(d.nodes[-1] - length) > ON_NODE * length):
         yield "discretization.nodes", f"should go from 0 to beam.length = {length}, not to {d.nodes[-1]}"
-    if d.nodes and min(abs(x - point) for x in d.nodes) > ON_NODE * length:
-        yield "discretization.nodes", f"none of them is at contact.point = {point}; the contact needs one there"
+    for place in {point: None} | dict.fromkeys(s.contact_nodes):
+        if d.nodes and min(abs(x - place) for x in d.nodes) > ON_NODE * length:
+            where = f"contact.point = {point}" if place == point else f"{place:.6g} m, an end of contact.grid"
+            yield "discretization.nodes", f"none of them is at {where}; the contact needs one there"
 
 
 def _of_solver(s: Scenario) -> Iterator[tuple[str, str]]:

@@ -233,6 +233,14 @@ class Scenario(Section):
         return tuple(self.beam.length * (number / parts) for number in range(1, parts + 1))
 
     @property
+    def contact_nodes(self) -> tuple[float, ...]:
+        """Places (m along the beam) where the exact beam needs nodes besides contact.point: those on sides."""
+        if not self.is_absolute or not self.sides:
+            return ()
+        near = consistency.ON_NODE * self.beam.length
+        return tuple(x for x in self.beam_points if abs(x - self.contact.point) > near)
+
+    @property
     def initial_angular_velocity(self) -> float:
         """Angular velocity of the root at t = 0 (rad/s)."""
         if self.root.kind == "driven":
