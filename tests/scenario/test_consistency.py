@@ -119,7 +119,7 @@ REFUSED = [
         f"{ABSOLUTE} {ANYWHERE} contact.grid=4 discretization.nodes=[0,0.3,0.5,0.75,1]",
         "0.25 m",
     ),
-    ("discretization.modes", f"{NODAL} {ANYWHERE}", "should be at least 1"),
+    ("contact.normal", f"{NODAL} {ANYWHERE}", 'should be "spring"'),
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
     (
         "contact.surface",
