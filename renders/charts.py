@@ -214,6 +214,14 @@ def stop_energy(geometry: BeamGeometry) -> Array:
     energy, stop = np.zeros(times.size), contact_law_of(scenario, scenario.contact.stiffness)
     if stop is None or not scenario.contact.enabled:
         return energy
+    if geometry.anywhere:
+        stiffness = {side.obstacle: side.stiffness for side in scenario.sides}
+        stiffness |= {point.obstacle: point.stiffness for point in scenario.obstacle_points}
+        columns = (history[f"contact_{name}"].values for name in ("obstacle", "gap", "state"))
+        for obstacle, gaps, states in zip(*(column.T for column in columns), strict=True):
+            law = contact_law_of(scenario, stiffness[int(obstacle)])
+            energy += [law.energy(gap, 0.0) if state else 0.0 for gap, state in zip(gaps, states, strict=True)]
+        return energy
     for contact in history.contacts:
         span = slice(int(last_sample(times, contact.start)), int(first_sample(times, contact.end)) + 1)
         energy[span] = [stop.energy(value, contact.compliance) for value in history["gap"].values[span]]
