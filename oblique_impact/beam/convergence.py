@@ -163,11 +163,11 @@ def is_stiff(s: Scenario) -> bool:
     sections = Sections.from_scenario(s)
     return any(
         stiffness * static_flexibility(sections, place, clamped=False)[0, 0] > _NEARLY_RIGID
-        for stiffness, place in _elastic_stops(s)
+        for stiffness, place in elastic_stops(s)
     )
 
 
-def _elastic_stops(s: Scenario) -> list[tuple[float, float]]:
+def elastic_stops(s: Scenario) -> list[tuple[float, float]]:
     """Return the stiffness (N/m) of each stop, and the place (m) where the undeformed beam can meet it."""
     if s.contact.where == "point":
         return [(s.contact.stiffness, s.contact.point)]
