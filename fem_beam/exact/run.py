@@ -307,9 +307,9 @@ class Run:
             )
         except NotConvergedError:
             raise RunEnded(Outcome.NOT_CONVERGED) from None
-        reactions = np.zeros(len(self.contacts))
-        reactions[closed] = step.reactions
-        return step._replace(reactions=reactions)
+        reactions, keeping = np.zeros((2, len(self.contacts)))
+        reactions[closed], keeping[closed] = step.reactions, step.keeping
+        return step._replace(reactions=reactions, keeping=keeping)
 
     def _held(self, at: float) -> Array:
         """Values of the prescribed unknowns at an instant (s)."""
@@ -384,7 +384,7 @@ class Run:
             return -after.gap
         if kind is EventKind.REVERSAL:
             return contact.phase.direction * after.slip_rate
-        return self._static * self._mean_force(i, after, length) - abs(float(step.reactions[i]))
+        return self._static * self._mean_force(i, after, length) - abs(float(step.keeping[i]))
 
     def _inside(self, i: int, places: Sequence[Place]) -> float:
         """Return a length (m) that falls through zero where a contact slides off an end.
@@ -482,7 +482,7 @@ class Run:
         length *= _SHORTER ** min(self._recent, _SHORTEST)
         trial = self._step(length, holding=i)
         force = self._mean_force(i, contact.touching.place(trial.stage), length)
-        reaction = float(trial.reactions[i])
+        reaction = float(trial.keeping[i])
         if was.state is not State.STICK and abs(reaction) <= self._static * force:
             contact.phase = Phase(State.STICK)
             return EventKind.STICK

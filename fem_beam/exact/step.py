@@ -42,6 +42,9 @@ class Step(NamedTuple):
 
     stage: Stage  # at its end
     reactions: Array  # (contacts,) N, mean forces that keep sticking contacts where they are, 0 of others
+    # (contacts,) N, those that would keep their slip velocity as it is: a slip velocity that is left over from the
+    # step before, as little as it may be, takes a large force to reverse in a very short step
+    keeping: Array
     held: Array  # (held,) mean forces on the unknowns that are prescribed
     increments: tuple[float, ...]  # of Newton's iterations, relative
 
@@ -96,7 +99,7 @@ def advance(
         residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - outer
         band = inertia * beam.mass_band + internal.tangent
         try:
-            change, reactions = _solve_with_contacts(pushed, move, band, -residual, count)
+            change, reactions, keeping = _solve_with_contacts(pushed, move, length * v0, band, -residual, count)
         except LinAlgError:
             break
         move = move + change
@@ -107,7 +110,7 @@ def advance(
             stage = Stage(q0 + move, 2.0 / length * move - v0)
             outer = outer + sum(r * contact.tangential for r, contact in zip(reactions, pushed, strict=True))
             on_held = (inertia * (beam.M @ (move - length * v0)) + internal.forces - outer)[:count]
-            return Step(stage, reactions, on_held, tuple(increments))
+            return Step(stage, reactions, keeping, on_held, tuple(increments))
     raise NotConvergedError(f"increments {', '.join(f'{i:.1e}' for i in increments)}")
 
 
@@ -122,31 +125,31 @@ class _Pushed:
 
 
 def _solve_with_contacts(
-    pushed: Sequence[_Pushed], move: Array, band: Array, right: Array, count: int
-) -> tuple[Array, Array]:
-    """Return one increment (3 n,), and the forces (contacts,) that keep sticking points where they are.
+    pushed: Sequence[_Pushed], move: Array, drift: Array, band: Array, right: Array, count: int
+) -> tuple[Array, Array, Array]:
+    """Return one increment (3 n,), and forces (contacts,) that keep sticking points where they are, or at `drift`.
 
     Besides, the changes of the springs' forces and these forces are unknown.  A place that slides along the beam
     couples elements that no band holds; so each of them has its response, and they follow from equations of their
     own.  Mean rows stand in for derivatives by the end of the step: they differ by what the beam turns in it.
     """
     sticking = [i for i, contact in enumerate(pushed) if contact.sticks]
-    reactions, m = np.zeros(len(pushed)), len(pushed)
+    held_by, m = np.zeros((len(pushed), 2)), len(pushed)
     if m == 0:
-        return solve(band, right, count), reactions
+        return solve(band, right, count), held_by[:, 0], held_by[:, 1]
     held = [pushed[i].tangential for i in sticking]
     columns = [right, *(contact.direction for contact in pushed), *held]
     free, *responses = solve(band, np.stack(columns, axis=1), count).T
     # spring: a - rate (gap's row) . change = 0;  stick: (slip's row) . (move + change) = 0
     rows = np.array([*(contact.rate * contact.normal for contact in pushed), *held])
-    right, matrix = rows @ free, -rows @ np.stack(responses, axis=1)
-    right[m:] += rows[m:] @ move
+    right, matrix = np.stack(2 * [rows @ free], axis=1), -rows @ np.stack(responses, axis=1)
+    right[m:] += rows[m:] @ np.stack([move, move - drift], axis=1)
     matrix[range(m), range(m)] += 1.0
     scale = np.abs(np.diag(matrix))
     # points that hold the same place share its force
-    forces = np.linalg.lstsq(matrix / scale[:, None], right / scale, rcond=_REDUNDANT)[0]
-    reactions[sticking] = forces[m:]
-    return free + forces @ np.array(responses), reactions
+    forces = np.linalg.lstsq(matrix / scale[:, None], right / scale[:, None], rcond=_REDUNDANT)[0]
+    held_by[sticking] = forces[m:]
+    return free + forces[:, 0] @ np.array(responses), held_by[:, 0], held_by[:, 1]
 
 
 def equilibrium(

@@ -285,3 +285,16 @@ def test_section_forces_jump_where_pegs_push_as_those_of_modes_do():
         for name, share in (("moment", 3e-3), ("shear", 3e-3), ("axial_force", 1e-2)):
             scale = float(np.abs(there[name]).max())
             assert float(np.abs(here[name] - there[name]).max()) < share * scale, name
+
+
+def test_the_end_of_stick_on_a_peg_is_located_inside_of_a_step():
+    """Its time converges with at least the second order of the step: it is no multiple of one."""
+    words = ["contact.mu_static=0.6", "contact.mu_kinetic=0.3", "beam.kelvin_voigt=1e-5", "end_time=0.0058"]
+    words += ["discretization.elements=8", "solver.output_interval=1e-3"]
+    ends = []
+    for step in (4e-5, 2e-5, 1e-5):
+        found = run(*words, f"solver.free_step={step}", f"solver.contact_step={step}")
+        ends.append([event.time for event in found.events if event.kind.value == "slip"])
+    (coarse,), (middle,), (fine,) = ends
+    assert 0.0 < abs(fine - middle) < 0.3 * abs(middle - coarse)
+    assert abs(fine - middle) < 3e-7
