@@ -219,7 +219,7 @@ def stop_energy(geometry: BeamGeometry) -> Array:
         stiffness |= {point.obstacle: point.stiffness for point in scenario.obstacle_points}
         columns = (history[f"contact_{name}"].values for name in ("obstacle", "gap", "state"))
         for obstacle, gaps, states in zip(*(column.T for column in columns), strict=True):
-            law = contact_law_of(scenario, stiffness[int(obstacle)])
+            law = contact_law_of(scenario, stiffness[int(obstacle)]) or stop
             energy += [law.energy(gap, 0.0) if state else 0.0 for gap, state in zip(gaps, states, strict=True)]
         return energy
     for contact in history.contacts:
