@@ -32,7 +32,7 @@ from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.marching.several import RunOfSeveral
+from oblique_impact.marching.several import MultiContactRun
 from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -222,7 +222,7 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
-        run = RunOfSeveral if problem.several else Run
+        run = MultiContactRun if problem.multi_contact else Run
         record = run(problem, on_progress).execute()
         return record, marching.seconds
 

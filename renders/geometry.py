@@ -48,8 +48,8 @@ def contact_gap(history: History) -> Array:
 
     The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
     """
-    gap = np.asarray(history["gap"].values, dtype=float)
-    if "depth" not in history or history.scenario is None or contact_law_of(history.scenario) is None:
+    gap, scenario = np.asarray(history["gap"].values, dtype=float), history.scenario
+    if "depth" not in history or scenario is None or not contact_law_of(scenario, scenario.contact.stiffness):
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 

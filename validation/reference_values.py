@@ -401,6 +401,11 @@ REFERENCES = {
         "impacts and releases (s), impulses of impacts (N s), their loss (J), impulse of finite "
         f"forces (N s), energy (J); {_PEGS} --pegs 0.4,-0.02,0.7,-0.035 --friction 0 --end 0.385",
     ),
+    "three-supports": Reference(
+        {"middle": 1.25, "end": 0.375},
+        "equation of three moments (Clapeyron 1857): a beam of two equal spans l under its weight w per length "
+        "has the moment w l^2/8 over its middle support, so that its supports carry 3/8, 10/8 and 3/8 of w l",
+    ),
     "rigid-stop-modes": Reference(
         {4: (1.834605247, 2.354622649), 6: (1.861339488, 2.415705314), 8: (1.864408707, 2.443622294)},
         "the paper's case without friction in SciPy alone: impulse of the first macro-collision (N s) and energy "

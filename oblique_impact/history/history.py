@@ -387,13 +387,14 @@ def beam_history(
         point = scenario.contact.point
         record.contacts = [c._replace(first_place=point, last_place=point) for c in record.contacts]
     summary = summarize(record, samples, wall, macro_gap(scenario))
+    kinetic, parts = samples.kinetic, samples.kinetic + np.abs(samples.elastic) + np.abs(samples.gravity)
     summary["clearance"] = closest(variables, scenario.beam.length)
     summary["without_limit"] = list(unconverged_results(scenario))
     summary["warnings"] = [
         *implausible_values(scenario),
         *slope_warnings(scenario, variables, summary["slope_ends"]),
         *warnings,
-        *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
+        *energy_warnings(summary["energy"], np.max(kinetic), np.max(parts), scenario.solver.scheme),
     ]
     return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
 

@@ -10,7 +10,7 @@ import numpy as np
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance
 from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
-from oblique_impact.contact.state import INSTANT, Instant
+from oblique_impact.contact.state import INSTANT, Instant, State
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.kernels.workspace import Array
@@ -98,11 +98,31 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     along = displacements_along(beam, s.q, s.qd)
     found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
-        distance, place, obstacle = beam_clearance(beam, s.q, found["ux"], found["uy"])
-        found |= {"clearance": distance, "clearance_at": place}
+        nearest = beam_clearance(beam, s.q, found["ux"], found["uy"])
+        found |= dict(zip(("clearance", "clearance_at", "clearance_obstacle"), nearest, strict=True))
         if s.each.shape[1]:
-            found["clearance_obstacle"] = obstacle
+            _press_into_points(beam, found)
+        else:
+            del found["clearance_obstacle"]
     return found
+
+
+def _press_into_points(beam: Beam, found: dict[str, Column]) -> None:
+    """Let the clearance be the gap of a closed contact with a point where it is pressed in.
+
+    The distance of the axis from a point does not say on which side of it the axis is, the contact does.
+    """
+    is_point = np.array([not place.on_side for place in beam.contact_places])
+    pressed = is_point & (found["contact_state"] != State.FREE)
+    gaps = np.where(pressed, found["contact_gap"], np.inf)
+    deepest, samples = np.argmin(gaps, axis=1), np.arange(len(gaps))
+    deeper = gaps[samples, deepest] < found["clearance"]
+    for name, values in (
+        ("clearance", gaps[samples, deepest]),
+        ("clearance_at", found["contact_place"][samples, deepest]),
+        ("clearance_obstacle", found["contact_obstacle"][deepest]),
+    ):
+        found[name] = np.where(deeper, values, found[name])
 
 
 def section_forces(beam: Beam, samples: Samples, variables: Mapping[str, Column]) -> dict[str, Column]:

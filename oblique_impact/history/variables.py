@@ -98,7 +98,7 @@ OF_CONTACTS = {
 }
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {
-    "clearance": Variable(_TIME, "m", "smallest distance of the beam from slope and obstacles, negative below"),
+    "clearance": Variable(_TIME, "m", "smallest distance of the beam from slope and obstacles, negative inside"),
     "clearance_at": Variable(_TIME, "m", "arc length where the beam is closest to slope and obstacles"),
 }
 #: variables of a beam that `History.section_forces` computes
