@@ -154,7 +154,10 @@ def _multi_contact(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Pa
     s, places = beam.scenario, beam.contact_places
     if not places or not s.contact.enabled:
         return None
-    machines = [contact_machine(s, scheme, tolerances, parts, place.stiffness, place.extent) for place in places]
+    machines = [
+        contact_machine(s, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side)
+        for place in places
+    ]
     return MultiContact(
         ContactMachines(machines, beam.size),
         tuple(place.obstacle for place in places),
@@ -189,11 +192,12 @@ def contact_machine(
     parts: Parts,
     stiffness: float,
     extent: tuple[float, ...],
+    rolls: bool = False,
 ) -> ContactMachine:
     """Return the transition table of one contact of a scenario.
 
     `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
-    has no ends.
+    has no ends; a point of an obstacle `rolls` on the beam where it sticks.
     """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
@@ -204,6 +208,7 @@ def contact_machine(
         scheme.stick_criterion,
         parts.contact_law or contact_law_of(scenario, stiffness),
         extent,
+        rolls,
     )
 
 

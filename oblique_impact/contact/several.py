@@ -20,6 +20,7 @@ from oblique_impact.contact.forces import (
     OK,
     SINGULAR,
     accelerate,
+    drift_of,
     flying,
     friction_ratio,
     guards_of,
@@ -38,6 +39,7 @@ from oblique_impact.contact.state import (
     GAP,
     GAP_RATE,
     GUARDS,
+    HELD,
     HIGHEST,
     INTERCEPT,
     KEPT_SLIP,
@@ -76,7 +78,7 @@ def phase_of(shared: Phase, arrays: ContactArrays, i: int) -> Phase:
         int(row[STATE]),
         Stop(stop.compliant, stop.massless, row[STIFFNESS], stop.damping, stop.law),
         Branch(row[INTERCEPT], row[SLOPE], row[LOWEST], row[HIGHEST]),
-        Stick(row[STATIC], row[KEPT_SLIP]),
+        Stick(row[STATIC], row[KEPT_SLIP], row[HELD]),
         shared.stabilization,
         Surface(surface.enabled, row[SIDE], row[FIRST], row[LAST]),
         shared.residual,
@@ -118,7 +120,7 @@ def contact_phase(arrays: ContactArrays | None, phase: Phase, i: int) -> Phase:
             phase.state,
             Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law),
             Branch(friction.intercept, friction.slope, friction.lower, friction.upper),
-            Stick(phase.stick.static, phase.stick.slip),
+            Stick(phase.stick.static, phase.stick.slip, phase.stick.held),
             phase.stabilization,
             Surface(surface.enabled, surface.side, surface.first, surface.last),
             phase.residual,
@@ -299,7 +301,7 @@ def _collect(arrays: ContactArrays, phase: Phase, acceleration: Array) -> int:
         p, c, row = phase_of(phase, arrays, i), instant_at(arrays, i), arrays.directions[i, which]
         rate, place = c.gap_rate, c.gap
         if which == TANGENTIAL_DIRECTION:
-            rate, place = c.slip_rate, c.slip - p.stick.slip
+            rate, place = c.slip_rate, drift_of(p.stick, c)
         correction = p.stabilization.damping * rate + p.stabilization.stiffness * place
         for column in range(m):
             j = int(unknowns[column, 0])

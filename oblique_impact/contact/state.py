@@ -38,10 +38,15 @@ class Stop(NamedTuple):
 
 
 class Stick(NamedTuple):
-    """Sticking: |lambda_tau| <= static lambda_n, and the slip Z_tau is kept at `slip`."""
+    """Sticking: |lambda_tau| <= static lambda_n, and the slip Z_tau is kept at `slip`.
+
+    A point of an obstacle rolls on the beam where it sticks: with its radius, or where it is pressed in, the place
+    at which it touches moves without slipping.  There is no slip then to come back to, its rate alone is zero.
+    """
 
     static: float = -1.0  # negative: a law without a stick state
     slip: float = 0.0  # m
+    held: float = 1.0  # 0.0 of a point that rolls
 
 
 class Baumgarte(NamedTuple):
@@ -79,14 +84,13 @@ class Residual(NamedTuple):
 
 
 #: columns of `ContactArrays.rows`
-STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, SIDE, FIRST, LAST, STIFFNESS = range(11)
-ROW = 11
+STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, SIDE, FIRST, LAST, STIFFNESS = range(12)
 
 
 class ContactArrays(NamedTuple):
     """States of n contacts, and arrays for their problem at an instant in a system of d degrees of freedom."""
 
-    rows: Array  # (n, 11) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
+    rows: Array  # (n, 12) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
     instants: Array  # (n, 13) the fields of `Instant`, each contact's accelerations without any contact force
     biases: Array  # (n, 2) accelerations of gap and slip without q''
     directions: Array  # (n, 2, d) D_n, D_tau of the closed contacts
@@ -97,7 +101,7 @@ class ContactArrays(NamedTuple):
 
     @classmethod
     def new(cls, rows: Array, size: int) -> ContactArrays:
-        """Allocate the arrays of n contacts, `rows` (n, 11), of a system with `size` degrees of freedom."""
+        """Allocate the arrays of n contacts, `rows` (n, 12), of a system with `size` degrees of freedom."""
         n = len(rows)
         shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2)
         return cls(rows, *(np.zeros(shape) for shape in shapes))

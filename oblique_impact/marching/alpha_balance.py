@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from oblique_impact.contact.forces import with_forces
+from oblique_impact.contact.forces import drift_of, with_forces
 from oblique_impact.contact.several import contact_at, contact_count, contact_phase, keep_forces
 from oblique_impact.contact.state import FREE, STICKING, ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import inlined, jitable
@@ -192,7 +192,7 @@ def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: A
     """
     d, v, done = w.vectors.forces.shape[0], w.vectors, 0.0
     forces, normal_response, tangential_response = v.forces, v.normal_response, v.tangential_response
-    normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.stick.slip)
+    normal, tangential = _corrections(phase, c, c.gap, drift_of(phase.stick, c))
     normal += phase.residual.tilt * tangential
     for i in range(d):
         move = normal * normal_response[i] + tangential * tangential_response[i]

@@ -12,6 +12,7 @@ from typing import Any
 from oblique_impact.contact.forces import (
     NO_STICKING_SOLUTION,
     OK,
+    drift_of,
     friction_ratio,
     stop_force,
     stop_tangent,
@@ -22,10 +23,8 @@ from oblique_impact.contact.state import (
     A_NT,
     A_TT,
     FREE,
-    KEPT_SLIP,
     NORMAL_FORCE,
     SLIDING,
-    SLIP,
     SLIP_RATE,
     STATE,
     STICKING,
@@ -176,7 +175,7 @@ def project_sticking(arrays: ContactArrays, system: Any, phase: Phase, t: float,
             for column in range(sticking):
                 other = int(arrays.unknowns[column, 0])
                 arrays.matrix[k, column] = dot(arrays.directions[i, 1], arrays.responses[other, 1])
-            drift = arrays.instants[i, SLIP] - arrays.rows[i, KEPT_SLIP]
+            drift = drift_of(phase_of(phase, arrays, i).stick, instant_at(arrays, i))
             arrays.matrix[k, sticking] = -(drift if level == 0 else arrays.instants[i, SLIP_RATE])
         if not _eliminate(arrays.matrix, sticking):
             return done

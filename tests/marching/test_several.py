@@ -280,3 +280,22 @@ def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
         assert apart[-1] < step
         assert abs(found.balance["unaccounted"]) < 1e-5
     assert apart[1] < 0.5 * apart[0]
+
+
+def test_a_beam_that_sticks_to_a_corner_rolls_on_it_whatever_the_stabilization():
+    """The corner is pressed into the beam's face: the place that it touches moves though nothing slips."""
+    corner = {"kind": "side", "origin": [0.19, -0.08], "angle": 0.05, "extent": [0.0, 0.6], "stiffness": 9e4}
+    start = {"angle": 0.4, "angular_velocity": -0.9}
+    keys = "discretization.frame=mean-axis discretization.modes=6 contact.normal=spring contact.surface=section "
+    keys += "beam.outer_fibre=0.01 contact.mu_static=0.7 contact.mu_kinetic=0.7 end_time=0.25"
+    runs = [
+        run(*keys.split(), f"solver.baumgarte=[{rate}, {rate}]", obstacles=[corner], initial=start)
+        for rate in (0.0, 500.0)
+    ]
+    for found in runs:
+        stuck = found["contact_state"].values == 2
+        assert stuck.any()
+        assert np.abs(found["contact_slip_rate"].values[stuck]).max() < 1e-10
+    for a, b in zip(runs[0].events, runs[1].events, strict=True):
+        assert (a.kind, a.state) == (b.kind, b.state)
+        assert a.time == pytest.approx(b.time, abs=1e-10)
