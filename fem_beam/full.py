@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_array, eye_array, lil_array
 
+from oblique_impact.beam.axis import ShapeFunctions
 from oblique_impact.beam.operators import BeamOperators
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import project
@@ -39,6 +40,7 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
         curvature_factor=csr_array(nodal.curvature_factor() @ kept),
         left_out=left_out,
         largest_element=float(np.max(np.diff(nodal.nodes))),
+        along=ShapeFunctions(lambda x, order: (nodal.evaluate(x)[order] @ kept).toarray(), nodal.nodes, degree=3),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshLine
@@ -16,7 +18,12 @@ _NO_KINKS = np.zeros(0)
 
 
 def beam_mesh(
-    length: float, elements: int, contact_point: float, kinks: Array = _NO_KINKS, grading: float = 1.0
+    length: float,
+    elements: int,
+    contact_point: float,
+    kinks: Array = _NO_KINKS,
+    grading: float = 1.0,
+    held: Sequence[float] = (),
 ) -> MeshLine:
     """Mesh of `elements` elements on [0, length] (m) with nodes at the contact point and at the kinks.
 
@@ -34,8 +41,10 @@ def beam_mesh(
         Size of the largest element over that of the smallest.  Sizes shrink geometrically towards the contact
         point, from both sides if it is inside the span; pieces between fixed nodes make this approximate.
         1: uniform between the fixed nodes, with the elements shared out in proportion.
+    held : sequence of float
+        Further places (m) that are nodes; there are at least as many elements as pieces between them.
     """
-    fixed = fixed_nodes(length, elements, contact_point, kinks)
+    fixed = fixed_nodes(length, elements, (contact_point, *held), kinks)
     rate = 0.0
     if grading > 1.0:
         farthest = max(contact_point, length - contact_point)
@@ -53,16 +62,16 @@ def mesh_of(scenario: Scenario, sections: Sections) -> MeshLine:
     """Return the mesh of a scenario's beam: of its nodes, if they are given, or of its number of elements."""
     d, length, point = scenario.discretization, scenario.beam.length, scenario.contact.point
     if not d.nodes:
-        return beam_mesh(length, d.elements, point, sections.kinks, d.grading)
+        return beam_mesh(length, d.elements, point, sections.kinks, d.grading, scenario.contact_nodes)
     nodes = np.array(d.nodes)  # of a file, perhaps rounded
-    for place in (length, point):
+    for place in (length, point, *scenario.contact_nodes):
         nodes[np.argmin(np.abs(nodes - place))] = place
     return MeshLine(nodes)
 
 
-def fixed_nodes(length: float, elements: int, contact_point: float, kinks: Array) -> Array:
-    """Return the places (m) that must be nodes, ascending: ends, contact point, kinks if there are elements."""
-    held = np.union1d([0.0, length], [contact_point])
+def fixed_nodes(length: float, elements: int, contact_points: Sequence[float], kinks: Array) -> Array:
+    """Return the places (m) that must be nodes, ascending: ends, contact points, kinks if there are elements."""
+    held = np.union1d([0.0, length], contact_points)
     gap = _CLOSEST * length / elements
     while True:
         chosen: list[float] = []

@@ -25,7 +25,7 @@ from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.problem import Problem, SeveralContacts
+from oblique_impact.marching.problem import MultiContact, Problem
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.messages import refused
@@ -98,6 +98,8 @@ def _requirement(name: str, s: Scenario) -> str:
         return f'root.kind = "driven" (it is "{s.root.kind}")'
     if name == "base_motion" and (s.root.spin_rate != 0.0 or s.root.profile != "hold"):
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
+    if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
+        return 'contact.where = "point": of several contacts the built-in one decides'
     if name in ("scheme", "discretization") and s.is_nodal:
         return "discretization.modes >= 1"
     return ""
@@ -124,8 +126,11 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
-    several = _several_contacts(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
-    machine = several.machines.machines[0] if several else contact_machine(s, scheme, tolerances, parts)
+    multi_contact = _multi_contact(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
+    if multi_contact:
+        machine = multi_contact.machines.machines[0]
+    else:
+        machine = contact_machine(s, scheme, tolerances, parts, s.contact.stiffness, s.slope.extent)
     return Problem(
         beam.model,
         q0,
@@ -138,34 +143,22 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
         residual=beam.residual,
-        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not several else None,
+        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not multi_contact else None,
         relative_deflection=beam.relative_deflection,
-        several=several,
+        multi_contact=multi_contact,
     )
 
 
-def _several_contacts(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> SeveralContacts | None:
+def _multi_contact(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> MultiContact | None:
     """Return the places where a beam can touch obstacles with their transition tables; None if there are none."""
-    s, c, places = beam.scenario, beam.scenario.contact, beam.contact_places
+    s, places = beam.scenario, beam.contact_places
     if not places or not s.contact.enabled:
         return None
-    machines = []
-    for place in places:
-        law = parts.contact_law
-        if law is None and c.normal == "spring":
-            law = ElasticStop(place.stiffness, c.damping)
-        machines.append(
-            ContactMachine(
-                parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-                _impact_law(s),
-                tolerances._replace(flight=scheme.shortest_flight),
-                Baumgarte.from_parameters(*s.solver.baumgarte, s.solver.baumgarte_form),
-                scheme.stick_criterion,
-                law,
-                place.extent,
-            )
-        )
-    return SeveralContacts(
+    machines = [
+        contact_machine(s, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side)
+        for place in places
+    ]
+    return MultiContact(
         ContactMachines(machines, beam.size),
         tuple(place.obstacle for place in places),
         tuple(place.on_side for place in places),
@@ -193,9 +186,19 @@ def scheme_of(scenario: Scenario) -> Scheme:
 
 
 def contact_machine(
-    scenario: Scenario, scheme: Scheme, tolerances: Tolerances, parts: Parts = Parts()
+    scenario: Scenario,
+    scheme: Scheme,
+    tolerances: Tolerances,
+    parts: Parts,
+    stiffness: float,
+    extent: tuple[float, ...],
+    rolls: bool = False,
 ) -> ContactMachine:
-    """Return the transition table of a scenario."""
+    """Return the transition table of one contact of a scenario.
+
+    `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
+    has no ends; a point of an obstacle `rolls` on the beam where it sticks.
+    """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
         parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
@@ -203,16 +206,17 @@ def contact_machine(
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.stick_criterion,
-        parts.contact_law or contact_law_of(scenario),
-        scenario.slope.extent,
+        parts.contact_law or contact_law_of(scenario, stiffness),
+        extent,
+        rolls,
     )
 
 
-def contact_law_of(scenario: Scenario) -> ContactLaw | None:
-    """Return the law of a compliant stop, None of a rigid one."""
+def contact_law_of(scenario: Scenario, stiffness: float) -> ContactLaw | None:
+    """Return the built-in law of a compliant stop of the given stiffness (N/m), None of a rigid one."""
     c = scenario.contact
     if c.normal == "spring":
-        return ElasticStop(c.stiffness, c.damping)
+        return ElasticStop(stiffness, c.damping)
     return MasslessPoint() if c.point_inertia == "none" else None
 
 

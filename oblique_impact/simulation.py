@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History, beam_history
-from oblique_impact.history.samples import beam_variables, gather
+from oblique_impact.history.samples import beam_variables, gather, section_forces
 from oblique_impact.history.summary import macro_collisions, summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
@@ -31,7 +32,7 @@ from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.marching.several import RunOfSeveral
+from oblique_impact.marching.several import MultiContactRun
 from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -42,7 +43,6 @@ def simulate(
     scenario: Scenario,
     on_progress: ProgressCallback | None = None,
     *,
-    section_forces: bool = True,
     friction: FrictionLaw | None = None,
     contact_law: ContactLaw | None = None,
     impact_law: ImpactLaw | None = None,
@@ -58,10 +58,6 @@ def simulate(
         What to simulate.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
-    section_forces : bool
-        Whether the history has bending moment, shear force, axial force and bending stress along the beam.  They
-        take about 0.1 s for 10,000 samples, more than the marching of a short run: studies of many runs leave them
-        out unless they look at them.
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.problem.Parts`.
@@ -95,14 +91,15 @@ def simulate(
         beam = beam_of(scenario, parts)
         record, wall = _march(beam_problem(beam, parts), on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
-        variables = beam_variables(beam, samples, section_forces)
+        variables = beam_variables(beam, samples)
         contacts = [c.contacts for c in macro_collisions(record.contacts, macro_gap(scenario))]
         warnings = [
             *deflection_warnings(beam, variables),
             *convergence_warnings(beam, contacts),
             *truncation_warnings(beam, variables),
         ]
-        history = beam_history(scenario, record, samples, variables, wall, warnings)
+        forces = partial(section_forces, beam, samples, variables)
+        history = beam_history(scenario, record, samples, variables, forces, wall, warnings)
     if given := parts.given():
         history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
     return _unless_interrupted(history)
@@ -225,7 +222,7 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
-        run = RunOfSeveral if problem.several else Run
+        run = MultiContactRun if problem.multi_contact else Run
         record = run(problem, on_progress).execute()
         return record, marching.seconds
 

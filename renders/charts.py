@@ -210,8 +210,17 @@ def energy_curves(story: Story) -> list[Curve]:
 def stop_energy(geometry: BeamGeometry) -> Array:
     """Return the energy (J) of an elastic stop, (samples,); 0 of a rigid one."""
     history, times = geometry.history, geometry.times
-    energy, stop = np.zeros(times.size), contact_law_of(geometry.scenario)
-    if stop is None or not geometry.scenario.contact.enabled:
+    scenario = geometry.scenario
+    energy, stop = np.zeros(times.size), contact_law_of(scenario, scenario.contact.stiffness)
+    if stop is None or not scenario.contact.enabled:
+        return energy
+    if geometry.anywhere:
+        stiffness = {side.obstacle: side.stiffness for side in scenario.sides}
+        stiffness |= {point.obstacle: point.stiffness for point in scenario.obstacle_points}
+        columns = (history[f"contact_{name}"].values for name in ("obstacle", "gap", "state"))
+        for obstacle, gaps, states in zip(*(column.T for column in columns), strict=True):
+            law = contact_law_of(scenario, stiffness[int(obstacle)]) or stop
+            energy += [law.energy(gap, 0.0) if state else 0.0 for gap, state in zip(gaps, states, strict=True)]
         return energy
     for contact in history.contacts:
         span = slice(int(last_sample(times, contact.start)), int(first_sample(times, contact.end)) + 1)

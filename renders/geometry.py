@@ -17,6 +17,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
+from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
 from oblique_impact.scenario.obstacles import ObstaclePoint
@@ -47,8 +48,8 @@ def contact_gap(history: History) -> Array:
 
     The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
     """
-    gap = np.asarray(history["gap"].values, dtype=float)
-    if "depth" not in history or history.scenario is None or contact_law_of(history.scenario) is None:
+    gap, scenario = np.asarray(history["gap"].values, dtype=float), history.scenario
+    if "depth" not in history or scenario is None or not contact_law_of(scenario, scenario.contact.stiffness):
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 
@@ -65,7 +66,7 @@ class BeamGeometry:
     def __init__(self, history: History, factor: float | None = None) -> None:
         if history.scenario is None:
             raise InputError("history: it is not one of a beam")
-        for name in ("theta", "ux_dot", "bending_stress", "lambda_n"):
+        for name in ("theta", "ux_dot", "lambda_n"):
             if name not in history:
                 raise InputError(f"history: has no variable {name!r}: it is not one of a beam")
         if factor is not None and not 0.0 < factor < np.inf:
@@ -82,7 +83,8 @@ class BeamGeometry:
     def values(self, name: str) -> Array:
         """Return a variable of the history, (samples, ...)."""
         if name not in self._values:  # xarray takes long for single samples
-            self._values[name] = np.asarray(self.history[name].values, dtype=float)
+            data = self.history.section_forces() if name in SECTION_FORCES else self.history
+            self._values[name] = np.asarray(data[name].values, dtype=float)
         return self._values[name]
 
     def value(self, name: str, k: float | Integers) -> Array:

@@ -74,5 +74,12 @@ def interrupt(process: subprocess.Popen[str], *, group: bool, number: int = sign
     return said
 
 
+def deadly(what: str) -> tuple[str, str | None]:
+    """End this process, if asked for that."""
+    if what == "die":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return what, os.environ.get("OMP_NUM_THREADS")
+
+
 def files_in(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir())

@@ -23,11 +23,11 @@ _SHORT = 0.5
 
 
 class Forces(NamedTuple):
-    """Force N + i Q (N) in the rotated sections and moment (N m) at Gauss points; reaction at the contact (N)."""
+    """Force N + i Q (N) in the rotated sections and moment (N m) at Gauss points; reactions of contacts (N)."""
 
     force: Complex
     moment: Array
-    reaction: float
+    reactions: Array
 
 
 class _Mean(NamedTuple):
@@ -120,4 +120,4 @@ def _between(one: Forces, other: Forces, part: float) -> Forces:
     """Return the forces on the line through two others, `one` at 0 and `other` at 1."""
     force = one.force + part * (other.force - one.force)
     moment = one.moment + part * (other.moment - one.moment)
-    return Forces(force, moment, one.reaction + part * (other.reaction - one.reaction))
+    return Forces(force, moment, one.reactions + part * (other.reactions - one.reactions))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import KroghInterpolator
@@ -14,13 +14,14 @@ from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.clearance import smallest_distance
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
-from oblique_impact.contact.state import Instant, State
+from oblique_impact.contact.state import INSTANT, State
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
-from oblique_impact.fem_beam.exact.run import Run
+from oblique_impact.fem_beam.exact.run import Run, Sample
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.stop import PointOnSide
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.sample_times import ascending
-from oblique_impact.history.samples import GAP, Column, Samples
+from oblique_impact.history.samples import GAP, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Column, Samples
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.scenario import Scenario
 
@@ -54,33 +55,38 @@ def simulate(
 
 
 class _Stations(NamedTuple):
-    """Matrices from nodes to values and slopes, and from Gauss points to section forces, at output stations."""
+    """Matrices from nodes to values and slopes at output stations."""
 
     x: Array
     values: Array  # (stations, nodes)
     slopes: Array
-    recovery: Array  # (stations, Gauss points)
 
 
-def stations_of(beam: ExactBeam, x: Array, point: float) -> _Stations:
-    """Read the elements at places x (m).
-
-    Section forces are polynomials through the nearest Gauss points, where they are most accurate, on the near side
-    of the contact point: there the shear force jumps.
-    """
+def stations_of(beam: ExactBeam, x: Array) -> _Stations:
+    """Read the elements at places x (m)."""
     values, slopes = np.zeros((2, x.size, beam.x.size))
-    gauss = beam.points.ravel()
-    recovery = np.zeros((x.size, gauss.size))
     for row, place in enumerate(x):
         e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
         nodes = np.arange(2 * e, 2 * e + 3)
         shapes = _lagrange(beam.x[nodes])
         values[row, nodes], slopes[row, nodes] = shapes(place), shapes.derivative(place)
-        inboard = place <= point * (1.0 + 1e-12)
-        side = np.flatnonzero((gauss < point) == inboard)
-        chosen = side[np.sort(np.argsort(np.abs(gauss[side] - place), kind="stable")[:_NEAREST])]
-        recovery[row, chosen] = _lagrange(gauss[chosen])(place)
-    return _Stations(x, values, slopes, recovery)
+    return _Stations(x, values, slopes)
+
+
+def recovery(beam: ExactBeam, x: Array, without: frozenset[int]) -> Array:
+    """Return the matrix (stations, Gauss points) from section forces that are smooth to those at places x (m).
+
+    They are polynomials through the nearest Gauss points, where section forces are most accurate, other than those
+    of the elements `without`.
+    """
+    gauss, found = beam.points.ravel(), np.zeros((x.size, beam.points.size))
+    allowed = np.array([e for e in range(len(beam.points)) if e not in without])
+    points = (2 * allowed[:, None] + [0, 1]).ravel()
+    for row, place in enumerate(x):
+        nearest = np.argsort(np.abs(gauss[points] - place), kind="stable")[:_NEAREST]
+        chosen = points[np.sort(nearest)]
+        found[row, chosen] = _lagrange(gauss[chosen])(place)
+    return found
 
 
 def _lagrange(nodes: Array) -> KroghInterpolator:
@@ -98,30 +104,85 @@ class _Frame:
         self.time = ascending(np.array([sample.time for sample in run.samples]))
         s = self.scenario
         self.sections = Sections.from_scenario(s)
-        self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point), s.contact.point)
+        self._several = s.contact.where == "anywhere" and bool(run.contacts)
+        self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
+        self._recoveries: dict[frozenset[int], Array] = {}
 
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
         samples = self._samples()
         variables = {**samples.variables(), **self._at_the_contact(), **self._along(), "station": self.stations.x}
-        return beam_history(self.scenario, self.run.record, samples, variables, wall)
+        if self._several:
+            variables |= self._of_contacts(samples.contacts)
+        return beam_history(self.scenario, self.run.record, samples, variables, self.section_forces, wall)
 
     def _samples(self) -> Samples:
         run = self.run
-        instants = [
-            Instant(*sample.place)._replace(
-                normal_force=sample.normal_force, tangential_force=sample.tangential_force
-            )
-            for sample in run.samples
-        ]
+        contacts = self._instants()
+        state = np.array([max(sample.states, default=State.FREE) for sample in run.samples], dtype=np.int8)
         quadratures = np.zeros((len(run.samples), len(run.totals)))
         quadratures[-1] = run.totals
-        state = np.array([int(sample.state) for sample in run.samples], dtype=np.int8)
         weight = self.beam.weight(self.scenario.gravity)
         energies = self.beam.kinetic_energy(self.v), self.beam.elastic_energy(self.q), -self.q @ weight
-        none, scalars = np.zeros((len(run.samples), 0)), np.array(instants)
-        depth = np.where(state == State.FREE, 0.0, np.maximum(0.0, -scalars[:, GAP]))
-        return Samples(self.time, self.q, self.v, none, quadratures, state, scalars, *energies, depth)
+        none, depth = np.zeros((len(run.samples), 0)), np.zeros(len(run.samples))
+        if contacts.shape[1]:
+            depth = np.max(np.where(self.states == State.FREE, 0.0, np.maximum(0.0, -contacts[:, :, GAP])), axis=1)
+        scalars = self._nearest(contacts)
+        return Samples(
+            self.time, self.q, self.v, none, quadratures, state, scalars, *energies, depth, contacts, self.states
+        )
+
+    @cached_property
+    def states(self) -> Column:
+        """States of the contacts (samples, n)."""
+        return np.array([sample.states for sample in self.run.samples], dtype=np.int8)
+
+    def _instants(self) -> Array:
+        """Return the fields of `Instant` of each contact, (samples, n, 13)."""
+        found = np.zeros((len(self.run.samples), len(self.run.contacts), INSTANT))
+        for row, sample in zip(found, self.run.samples, strict=True):
+            for instant, place in zip(row, sample.places, strict=True):
+                instant[:4] = place[:4]
+            row[:, LAMBDA_N], row[:, LAMBDA_T] = sample.normal, sample.tangential
+        return found
+
+    def _nearest(self, contacts: Array) -> Array:
+        """Return (samples, 13): kinematics of the contact with the smallest distance, forces of all together."""
+        found = np.zeros((len(contacts), INSTANT))
+        if contacts.shape[1]:
+            touchings = [contact.touching for contact in self.run.contacts]
+            first, last = np.array([touching.extent or (-np.inf, np.inf) for touching in touchings]).T
+            slip = contacts[:, :, SLIP]
+            gaps = contacts[:, :, GAP] * np.array([sample.sides for sample in self.run.samples])
+            distance = np.where((first <= slip) & (slip <= last), gaps, np.inf)
+            found = contacts[np.arange(len(contacts)), np.argmin(distance, axis=1)]
+            found[:, [LAMBDA_N, LAMBDA_T]] = contacts[:, :, [LAMBDA_N, LAMBDA_T]].sum(axis=1)
+        return found
+
+    def _of_contacts(self, contacts: Array) -> dict[str, Column]:
+        """Return the variables of several contacts, each (samples, n), from the fields of `Instant` of each."""
+        places = [sample.places for sample in self.run.samples]
+
+        def column(name: str) -> np.ndarray[Any, Any]:
+            return np.array([[getattr(place, name) for place in row] for row in places])
+
+        point, normal, along = column("point"), contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T]
+        force = normal * column("normal") + along * column("tangent")
+        touchings = [contact.touching for contact in self.run.contacts]
+        return {
+            "contact_obstacle": np.array([touching.obstacle for touching in touchings], dtype=np.int16),
+            "contact_place": column("x"),
+            "contact_x": point.real,
+            "contact_y": point.imag,
+            "contact_gap": contacts[:, :, GAP],
+            "contact_slip": contacts[:, :, SLIP],
+            "contact_slip_rate": contacts[:, :, SLIP_RATE],
+            "contact_lambda_n": normal,
+            "contact_lambda_tau": along,
+            "contact_fx": force.real,
+            "contact_fy": force.imag,
+            "contact_state": self.states,
+        }
 
     @cached_property
     def frame(self) -> tuple[Array, Array]:
@@ -147,11 +208,11 @@ class _Frame:
         return r - (self.beam.radius + x), rate
 
     def _at_the_contact(self) -> dict[str, Column]:
-        node = self.run.slope.node
+        node = int(np.argmin(np.abs(self.beam.x - self.scenario.contact.point)))
         unit = np.eye(1, self.beam.x.size, node)
         u, _ = self._displacement(unit, self.beam.x[node : node + 1])
         # of the contact point in the section
-        lever = 1j * self.run.slope.fibre * np.exp(1j * self.q[:, NODE * node + 2])
+        lever = 1j * self.scenario.contact_fibre * np.exp(1j * self.q[:, NODE * node + 2])
         place = _complex(self.q)[:, node] + lever
         velocity = _complex(self.v)[:, node] + 1j * self.v[:, NODE * node + 2] * lever
         theta, spin = self.frame
@@ -167,17 +228,10 @@ class _Frame:
         }
 
     def _along(self) -> dict[str, Column]:
-        """Results along the beam, each (samples, stations), and the distance from the slope."""
+        """Displacements along the beam, each (samples, stations), and the distance from the slope."""
         t = self.stations
         u, rate = self._displacement(t.values, t.x)
         found: dict[str, Column] = {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
-        found |= {name: np.empty(u.shape) for name in ("moment", "shear", "axial_force")}
-        for start in range(0, len(self.q), _BLOCK):
-            part = slice(start, start + _BLOCK)
-            for name, values in self._section_forces(part).items():
-                found[name][part] = values
-        modulus = self.sections.fibre_distance(t.x) / self.sections.second_moment(t.x)
-        found["bending_stress"] = modulus * found["moment"]
         if self.scenario.contact.enabled:
             places, section = _complex(self.q), None
             if self.scenario.contact.surface == "section":
@@ -185,23 +239,79 @@ class _Frame:
                 turn = np.exp(1j * (phi @ t.values.T))
                 section = turn, 1j * (phi @ t.slopes.T) * turn
             axis = places @ t.values.T, places @ t.slopes.T
-            found["clearance"], found["clearance_at"], _ = smallest_distance(self.scenario, t.x, axis, section)
+            found["clearance"], found["clearance_at"], obstacle = smallest_distance(
+                self.scenario, t.x, axis, section
+            )
+            if self._several:
+                found["clearance_obstacle"] = obstacle
         return found
+
+    def section_forces(self) -> dict[str, Column]:
+        """Section forces and bending stress, each (samples, stations), of samples at stations."""
+        with np.errstate(all="ignore"):  # as in the run, which may have diverged
+            parts = [self._section_forces(slice(k, k + _BLOCK)) for k in range(0, len(self.q), _BLOCK)]
+        found: dict[str, Column] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        x = self.stations.x
+        modulus = self.sections.fibre_distance(x) / self.sections.second_moment(x)
+        return found | {"bending_stress": modulus * found["moment"], "time": self.time, "station": x}
 
     def _section_forces(self, part: slice) -> dict[str, Array]:
         """Moment, its slope along the beam, and the force along the frame's axis, of some samples.
 
         M' = -Im(conj(r') f) with the force f = exp(i phi) (N + i Q) in the inertial frame; the moment that turns
-        the sections themselves is left out.
+        the sections themselves is left out.  What contact forces add is taken out before the rest, which is
+        smooth, is carried from Gauss points to stations.
         """
         kept = [sample.forces for sample in self.run.samples[part]]
-        fields, samples = self.beam.fields(self.q[part]), len(kept)
+        fields, samples, theta = self.beam.fields(self.q[part]), len(kept), self.frame[0][part, None, None]
         force = np.exp(1j * fields.rotation) * np.array([forces.force for forces in kept])
-        shear = -np.imag(fields.tangent.conj() * force)
-        axial = np.real(np.exp(-1j * self.frame[0][part, None, None]) * force)
-        moment = np.array([forces.moment for forces in kept])
-        by_name = {"moment": moment, "shear": shear, "axial_force": axial}
-        return {name: f.reshape(samples, -1) @ self.stations.recovery.T for name, f in by_name.items()}
+        by_name = {
+            "moment": np.array([forces.moment for forces in kept]),
+            "shear": -np.imag(fields.tangent.conj() * force),
+            "axial_force": np.real(np.exp(-1j * theta) * force),
+        }
+        inside, outside = (self._of_loads(part, x) for x in (self.beam.points.ravel(), self.stations.x))
+        found = {name: np.empty((samples, self.stations.x.size)) for name in by_name}
+        loaded = [self._loaded(sample) for sample in self.run.samples[part]]
+        for elements in set(loaded):
+            rows = np.array([each == elements for each in loaded])
+            smooth = self._recovery(elements).T
+            for name, values in by_name.items():
+                taken = values.reshape(samples, -1)[rows] - inside[name][rows]
+                found[name][rows] = taken @ smooth + outside[name][rows]
+        return found
+
+    def _loaded(self, sample: Sample) -> frozenset[int]:
+        """Return the elements that a point pushes inside of them: there section forces cannot jump."""
+        ends, contacts = self.beam.ends[1:-1], zip(self.run.contacts, sample.states, sample.places, strict=True)
+        return frozenset(
+            int(np.searchsorted(ends, place.x))
+            for contact, state, place in contacts
+            if state is not State.FREE and not isinstance(contact.touching, PointOnSide)
+        )
+
+    def _recovery(self, without: frozenset[int]) -> Array:
+        if without not in self._recoveries:
+            self._recoveries[without] = recovery(self.beam, self.stations.x, without)
+        return self._recoveries[without]
+
+    def _of_loads(self, part: slice, x: Array) -> dict[str, Array]:
+        """Return what contact forces add at places x (m) between them and the root."""
+        beam, theta = self.beam, self.frame[0][part]
+        found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
+        tangents, axis = beam.fields(self.q[part]).tangent.reshape(len(theta), -1), _complex(self.q[part])
+        for row, sample in enumerate(self.run.samples[part]):
+            for place, normal, tangential in zip(sample.places, sample.normal, sample.tangential, strict=True):
+                load = normal * place.normal + tangential * place.tangent
+                if load == 0.0:
+                    continue
+                before = x <= place.x * (1.0 + 1e-12)
+                shear = -(np.interp(place.x, beam.points.ravel(), tangents[row]).conjugate() * load).imag
+                couple = ((place.point - np.interp(place.x, beam.x, axis[row])).conjugate() * load).imag
+                found["shear"][row] += shear * before
+                found["axial_force"][row] += (np.exp(-1j * theta[row]) * load).real * before
+                found["moment"][row] += (couple - shear * (place.x - x)) * before
+        return found
 
 
 def _complex(q: Array) -> Complex:

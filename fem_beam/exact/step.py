@@ -15,12 +15,13 @@ angular momentum up to h^2, as the mean of a rotation and its divided difference
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from oblique_impact.fem_beam.exact.beam import NODE, ExactBeam, Stage, solve
+from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage, solve
 from oblique_impact.fem_beam.exact.sections import Array
 from oblique_impact.fem_beam.exact.stop import Contact
 
@@ -28,6 +29,8 @@ from oblique_impact.fem_beam.exact.stop import Contact
 MOST_ITERATIONS = 12
 #: increments, relative to the length and to 1 rad, at which the iterations end: the next would be their square
 CONVERGED = 1e-10
+#: of the largest, a singular value of the equations of contacts that is rounding
+_REDUNDANT = 1e-11
 
 
 class NotConvergedError(ArithmeticError):
@@ -38,7 +41,10 @@ class Step(NamedTuple):
     """Result of a step."""
 
     stage: Stage  # at its end
-    reaction: float  # N, mean force that keeps a sticking contact where it is
+    reactions: Array  # (contacts,) N, mean forces that keep sticking contacts where they are, 0 of others
+    # (contacts,) N, those that would keep their slip velocity as it is: a slip velocity that is left over from the
+    # step before, as little as it may be, takes a large force to reverse in a very short step
+    keeping: Array
     held: Array  # (held,) mean forces on the unknowns that are prescribed
     increments: tuple[float, ...]  # of Newton's iterations, relative
 
@@ -51,7 +57,7 @@ def advance(
     *,
     held: Array,
     viscosity: float = 0.0,
-    contact: Contact | None = None,
+    contacts: Sequence[Contact] = (),
     tolerance: float = CONVERGED,
 ) -> Step:
     """Return the step of the given length (s).
@@ -70,8 +76,8 @@ def advance(
         Values at the end of the step of the first unknowns, which are prescribed.
     viscosity : float
         Kelvin-Voigt damping (s).
-    contact : Contact, optional
-        With the elastic stop.
+    contacts : sequence of Contact
+        Closed contacts with elastic obstacles.
     tolerance : float
         Increment at which the iterations end, relative to the length and to 1 rad.
 
@@ -84,17 +90,16 @@ def advance(
     inertia, relaxation = 2.0 / length**2, viscosity / length
     move = length * v0  # the unknowns: increments keep more digits than places
     move[:count] = held - q0[:count]
-    reaction, increments, begun = 0.0, [], beam.step_start(q0)
+    increments, begun = [], beam.step_start(q0)
     for _ in range(MOST_ITERATIONS):
         q1 = q0 + move
         internal = beam.step_forces(begun, q1, relaxation)
-        residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - load
+        pushed = [_Pushed(contact, q0, q1, length) for contact in contacts]
+        outer = load + sum(contact.force * contact.direction for contact in pushed)
+        residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - outer
         band = inertia * beam.mass_band + internal.tangent
         try:
-            if contact is None:
-                change = solve(band, -residual, count)
-            else:
-                change, reaction = _with_contact(contact, q0, q1, length, residual, band, count)
+            change, reactions, keeping = _solve_with_contacts(pushed, move, length * v0, band, -residual, count)
         except LinAlgError:
             break
         move = move + change
@@ -103,31 +108,48 @@ def advance(
             break
         if increments[-1] < tolerance:
             stage = Stage(q0 + move, 2.0 / length * move - v0)
-            on_held = (inertia * (beam.M @ (move - length * v0)) + internal.forces - load)[:count]
-            return Step(stage, reaction, on_held, tuple(increments))
+            outer = outer + sum(r * contact.tangential for r, contact in zip(reactions, pushed, strict=True))
+            on_held = (inertia * (beam.M @ (move - length * v0)) + internal.forces - outer)[:count]
+            return Step(stage, reactions, keeping, on_held, tuple(increments))
     raise NotConvergedError(f"increments {', '.join(f'{i:.1e}' for i in increments)}")
 
 
-def _with_contact(
-    contact: Contact, q0: Array, q1: Array, length: float, residual: Array, band: Array, count: int
-) -> tuple[Array, float]:
-    """One iteration with the contact forces, and the force that keeps the slip of a sticking point zero."""
-    at = slice(NODE * contact.slope.node, NODE * (contact.slope.node + 1))
-    q0, q1 = q0[at], q1[at]
-    force, tangent = contact.forces(q0, q1, length)
-    residual[at] -= force
-    half = band.shape[0] // 2
-    for i in range(NODE):
-        for j in range(NODE):
-            band[half + i - j, at.start + j] -= tangent[i, j]
-    if not contact.sticks:
-        return solve(band, -residual, count), 0.0
-    along, row = contact.slope.tangent, np.zeros_like(residual)
-    mean, last = contact.slope.mean_rows(along, q0, q1)[0], contact.slope.rows(along, q1)
-    row[at] = mean
-    free, unit = solve(band, np.stack([-residual, row], axis=1), count).T
-    reaction = float(-(mean @ (q1 - q0) + last @ free[at]) / (last @ unit[at]))
-    return free + reaction * unit, reaction
+class _Pushed:
+    """A contact in an iteration: its rows (3 n,) of gap and slip, force (N) and the direction (3 n,) of that."""
+
+    def __init__(self, contact: Contact, q0: Array, q1: Array, length: float) -> None:
+        gap0, gap1, self.normal, self.tangential = contact.touching.rows(q0, q1)
+        self.force, self.rate = contact.normal_force(gap0, gap1, length)
+        self.direction = self.normal + contact.friction * self.tangential if contact.friction else self.normal
+        self.sticks = contact.sticks
+
+
+def _solve_with_contacts(
+    pushed: Sequence[_Pushed], move: Array, drift: Array, band: Array, right: Array, count: int
+) -> tuple[Array, Array, Array]:
+    """Return one increment (3 n,), and forces (contacts,) that keep sticking points where they are, or at `drift`.
+
+    Besides, the changes of the springs' forces and these forces are unknown.  A place that slides along the beam
+    couples elements that no band holds; so each of them has its response, and they follow from equations of their
+    own.  Mean rows stand in for derivatives by the end of the step: they differ by what the beam turns in it.
+    """
+    sticking = [i for i, contact in enumerate(pushed) if contact.sticks]
+    held_by, m = np.zeros((len(pushed), 2)), len(pushed)
+    if m == 0:
+        return solve(band, right, count), held_by[:, 0], held_by[:, 1]
+    held = [pushed[i].tangential for i in sticking]
+    columns = [right, *(contact.direction for contact in pushed), *held]
+    free, *responses = solve(band, np.stack(columns, axis=1), count).T
+    # spring: a - rate (gap's row) . change = 0;  stick: (slip's row) . (move + change) = 0
+    rows = np.array([*(contact.rate * contact.normal for contact in pushed), *held])
+    right, matrix = np.stack(2 * [rows @ free], axis=1), -rows @ np.stack(responses, axis=1)
+    right[m:] += rows[m:] @ np.stack([move, move - drift], axis=1)
+    matrix[range(m), range(m)] += 1.0
+    scale = np.abs(np.diag(matrix))
+    # points that hold the same place share its force
+    forces = np.linalg.lstsq(matrix / scale[:, None], right / scale[:, None], rcond=_REDUNDANT)[0]
+    held_by[sticking] = forces[m:]
+    return free + forces[:, 0] @ np.array(responses), held_by[:, 0], held_by[:, 1]
 
 
 def equilibrium(

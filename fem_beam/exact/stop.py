@@ -1,11 +1,18 @@
-"""The elastic stop: a straight, inclined slope that pushes one node, with Coulomb's friction.
+"""Elastic obstacles: where the beam touches them, and the forces of their springs and of Coulomb's friction.
 
-In absolute coordinates gap and slip are the components of the node's place, or of a place in its section,
-r + i e exp(i phi): nothing of the beam's shape enters.
+In a plane a point of one body touches a side of the other:
+
+`PointOnSide`  a node of the beam, or a place in its section, on a straight side
+`PointOnBeam`  a point fixed in space, a peg or a corner, at a place of the beam that slides along it
+`Contact`      one that is closed, with its spring and its friction
+
+Points are complex numbers here, x + i y (m), and so are vectors.  In absolute coordinates gap and slip are
+components of a difference of places: nothing of the beam's shape enters.
 """
 
 from __future__ import annotations
 
+import cmath
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -13,77 +20,53 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.fem_beam.exact.beam import NODE, Stage, divided_difference
+from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam, Stage, divided_difference
 from oblique_impact.fem_beam.exact.sections import Array
-from oblique_impact.scenario.scenario import Scenario
+
+#: iterations for a place, which are some four, and of half an element, the last step: rounding
+_MOST_ITERATIONS, _PLACED = 40, 1e-15
 
 
 class Place(NamedTuple):
-    """Kinematics of the contact point: gap and slip (m), and their rates (m/s)."""
+    """A contact at an instant."""
 
-    gap: float
-    slip: float
-    gap_rate: float
-    slip_rate: float
+    gap: float  # m
+    slip: float  # m, along the side from its origin; of a point on the beam minus its place
+    gap_rate: float  # m/s
+    slip_rate: float  # m/s, of the material
+    x: float  # m along the beam
+    normal: complex  # direction of a normal force on the beam
+    tangent: complex
+    point: complex  # m, where the beam touches
+
+
+class Rows(NamedTuple):
+    """A contact over a step from q0 to q1.
+
+    Rows (3 n,) times q1 - q0 are the change of the gap and the displacement of the material along the tangent (m).
+    """
+
+    gap0: float  # m
+    gap1: float
+    normal: Array
+    tangential: Array
 
 
 @dataclass(frozen=True)
-class Slope:
-    """Line and spring of the stop, and the node that meets it.
+class Touching:
+    """What both kinds of contact have in common."""
 
-    The unit vectors are those of the scenario's definition: the free side of the slope is on its left.
-    """
-
-    node: int
-    angle: float  # rad
-    offsets: tuple[float, float]  # m, see `SlopeSection.offsets`
+    beam: ExactBeam
+    obstacle: int  # the slope is 0, the others count from 1
     law: ElasticStop
-    fibre: float = 0.0  # e (m), place of the contact point in the section, across the beam
-    extent: tuple[float, ...] = ()  # m along the slope: its ends
-
-    @classmethod
-    def of(cls, scenario: Scenario, node: int) -> Slope:
-        """Read slope and spring of a scenario."""
-        s, law = scenario, ElasticStop(scenario.contact.stiffness, scenario.contact.damping)
-        return cls(node, s.slope.angle, s.slope.offsets, law, s.contact_fibre, s.slope.extent)
-
-    @cached_property
-    def normal(self) -> Array:
-        """Unit vector (2,) away from the slope."""
-        return np.array([-np.sin(self.angle), np.cos(self.angle)])
-
-    @cached_property
-    def tangent(self) -> Array:
-        """Unit vector (2,) up the slope."""
-        return np.array([np.cos(self.angle), np.sin(self.angle)])
-
-    def place(self, stage: Stage) -> Place:
-        """Return gap, slip and their rates at a state."""
-        at, (height, along) = slice(NODE * self.node, NODE * (self.node + 1)), self.offsets
-        q, v = stage.q[at], stage.v[at]
-        r, (n, t) = self.point(q), (self.rows(u, q) for u in (self.normal, self.tangent))
-        return Place(float(self.normal @ r) - height, float(self.tangent @ r) - along, float(n @ v), float(t @ v))
-
-    def point(self, q: Array) -> Array:
-        """Place (2,) of the contact point, of the node's unknowns (3,)."""
-        return np.asarray(q[:2] + self.fibre * np.array([-np.sin(q[2]), np.cos(q[2])]))
-
-    def rows(self, u: Array, q: Array) -> Array:
-        """Return the derivatives (3,) of the contact point's component along a vector u (2,)."""
-        return np.append(u, -self.fibre * float(u @ [np.cos(q[2]), np.sin(q[2])]))
-
-    def mean_rows(self, u: Array, q0: Array, q1: Array) -> tuple[Array, float]:
-        """Return the mean rows over a step and the rate of the last; times q1 - q0 they give the displacement."""
-        quotient, rate = divided_difference(q0[2], q1[2])
-        along = self.fibre * (u[0] - 1j * u[1]) * 1j
-        return np.append(u, float(np.real(along * quotient))), float(np.real(along * rate))
+    extent: tuple[float, ...]  # m, ends of the slip
 
     def is_beyond(self, place: Place) -> bool:
-        """Whether a place is beyond the ends of the slope."""
+        """Whether a place is beyond the ends."""
         return bool(self.extent) and not self.extent[0] <= place.slip <= self.extent[1]
 
     def inside(self, place: Place) -> float:
-        """Return a length (m) that is positive between the ends of the slope, and falls through zero at each."""
+        """Return a length (m) that is positive between the ends, and falls through zero at each."""
         first, last = self.extent
         return (place.slip - first) * (last - place.slip) / (last - first)
 
@@ -92,32 +75,202 @@ class Slope:
         # at a release, the gap is zero but for rounding
         return self.law.stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
 
+    def place(self, stage: Stage) -> Place:
+        """Return the contact at a state."""
+        raise NotImplementedError
+
+    def rows(self, q0: Array, q1: Array) -> Rows:
+        """Return the contact over a step."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class PointOnSide(Touching):
+    """A point of the beam on a straight side, whose free side is on its left."""
+
+    node: int
+    angle: float  # rad, of the side
+    offsets: tuple[float, float]  # m: height of the side above the root's axis, place of its origin along it
+    fibre: float = 0.0  # e (m), place of the point in the section, across the beam
+    outer: int = 1  # of the ends, the one that the beam points to
+
+    @cached_property
+    def tangent(self) -> complex:
+        """Unit vector along the side; i times it points away from it."""
+        return cmath.exp(1j * self.angle)
+
+    def place(self, stage: Stage) -> Place:
+        """Return the contact at a state."""
+        (x, y, phi), (vx, vy, spin) = self._own(stage.q), self._own(stage.v)
+        lever = 1j * self.fibre * cmath.exp(1j * phi)
+        point, velocity = x + 1j * y + lever, vx + 1j * vy + 1j * spin * lever
+        back, (height, along) = self.tangent.conjugate(), self.offsets
+        moved, rate = back * point, back * velocity
+        x = float(self.beam.x[self.node])
+        kinematics = moved.imag - height, moved.real - along, rate.imag, rate.real
+        return Place(*kinematics, x, 1j * self.tangent, self.tangent, point)
+
+    def rows(self, q0: Array, q1: Array) -> Rows:
+        """Return the contact over a step: the row of the rotation has a divided difference."""
+        phi0, phi1 = self._own(q0)[2], self._own(q1)[2]
+        turning = complex(self.tangent.conjugate() * 1j * self.fibre * divided_difference(phi0, phi1)[0])
+        normal, tangential = np.zeros((2, self.beam.size))
+        at = slice(NODE * self.node, NODE * (self.node + 1))
+        normal[at] = -self.tangent.imag, self.tangent.real, turning.imag
+        tangential[at] = self.tangent.real, self.tangent.imag, turning.real
+        return Rows(self._gap(q0), self._gap(q1), normal, tangential)
+
+    def _gap(self, q: Array) -> float:
+        x, y, phi = self._own(q)
+        point = x + 1j * y + 1j * self.fibre * cmath.exp(1j * phi)
+        return (self.tangent.conjugate() * point).imag - self.offsets[0]
+
+    def _own(self, q: Array) -> list[float]:
+        """Return the node's unknowns, or their rates."""
+        found: list[float] = q[NODE * self.node : NODE * (self.node + 1)].tolist()
+        return found
+
+
+class _Found(NamedTuple):
+    """The place of the beam whose section looks at a point."""
+
+    first: int  # node of its element
+    shapes: tuple[float, float, float]  # of the three nodes
+    x: float  # m along the beam
+    past: float  # m, how far x is past an end, from which the beam goes on straight and without strain
+    turn: complex  # exp(i phi)
+    strain: complex  # exp(-i phi) r', 1 without strain
+    curvature: float  # 1/m
+    height: float  # m, of the place above the point, to the left of the tangent
+
+
+@dataclass(frozen=True)
+class PointOnBeam(Touching):
+    """A point c fixed in space, at the place x of the beam whose section looks at it.
+
+    With the tangent t = exp(i phi) of the section and its normal n = i t,
+
+        t . (r(x) - c) = 0,     gap = s n . (r(x) - c) - distance
+
+    which is continuous where elements meet; the tangent of the axis is not.  s = 1 where the point is on the right
+    of the beam, else -1.  With r' = exp(i phi) (1 + epsilon + i gamma) and the height h = n . (r - c)
+
+        dgap = s [n . dr - gamma/F (t . dr + h dphi)],     F = 1 + epsilon + h phi'
+
+    where dr and dphi are those at a fixed x: the force is normal to the axis and its line passes through c.
+    """
+
+    centre: complex  # c, m
+    radius: float  # m, of a peg
+    half_depth: float  # m, the lever of friction on the beam's face
+    side: float  # s
+
+    def place(self, stage: Stage) -> Place:
+        """Return the contact at a state; the slip rate is that of the material."""
+        at = self._find(stage.q)
+        normal, tangential = self._local(at)
+        v, gap = stage.v[NODE * at.first :][: 3 * NODE], self._gap(at)
+        across = self._normal(at)
+        point = self.centre + (gap + self.radius) * across
+        return Place(gap, -at.x, float(normal @ v), float(tangential @ v), at.x, across, at.turn, point)
+
+    def rows(self, q0: Array, q1: Array) -> Rows:
+        """Return the contact over a step: the gradient of the gap at its middle, corrected along the step.
+
+        This is Gonzalez's discrete gradient (2000): times q1 - q0 it is the change of the gap exactly.
+        """
+        start, end, middle = self._find(q0), self._find(q1), self._find(0.5 * (q0 + q1))
+        normal, tangential = np.zeros((2, self.beam.size))
+        at = slice(NODE * middle.first, NODE * (middle.first + 3))
+        normal[at], tangential[at] = self._local(middle)
+        gap0, gap1 = self._gap(start), self._gap(end)
+        # all nodes whose elements the place has been in
+        numbers = [found.first for found in (start, end, middle)]
+        near = slice(NODE * min(numbers), NODE * (max(numbers) + 3))
+        change = (q1 - q0)[near]
+        along = change / self.beam.scale[near] ** 2
+        square = float(change @ along)
+        if square > 0.0:
+            normal[near] += (gap1 - gap0 - normal[near] @ change) / square * along
+        return Rows(gap0, gap1, normal, tangential)
+
+    def _gap(self, at: _Found) -> float:
+        return self.side * at.height - self.radius - self.half_depth
+
+    def _slant(self, at: _Found) -> float:
+        """Return gamma/F."""
+        return at.strain.imag / (at.strain.real + at.height * at.curvature)
+
+    def _normal(self, at: _Found) -> complex:
+        """Vector that the gap grows along."""
+        return self.side * at.turn * (1j - self._slant(at))
+
+    def _local(self, at: _Found) -> tuple[Array, Array]:
+        """Return derivatives (9,) of the gap and of the material's place, along t, by the element's unknowns."""
+        normal, slant = self._normal(at), self._slant(at)
+        turning = self.side * (at.past - slant * at.height)
+        gap = np.outer(at.shapes, (normal.real, normal.imag, turning)).ravel()
+        slip = np.outer(at.shapes, (at.turn.real, at.turn.imag, self.side * self.half_depth)).ravel()
+        return gap, slip
+
+    def _find(self, q: Array) -> _Found:
+        """Return the place where t . (r - c) rises through zero, the nearest to the point if there are more."""
+        x, y, phi = q.reshape(-1, NODE).T
+        r, last = x + 1j * y - self.centre, x.size - 1
+        ahead = np.cos(phi) * r.real + np.sin(phi) * r.imag
+        (rising,) = np.nonzero((ahead[:-1] <= 0.0) & (ahead[1:] > 0.0))
+        if rising.size == 0:
+            return self._past(last if ahead[last] <= 0.0 else 0, r, ahead, phi)
+        k = int(rising[np.argmin(np.abs(r[rising]))])
+        first = k - k % 2
+        (a, b, c), (p, o, u) = r[first : first + 3].tolist(), phi[first : first + 3].tolist()
+        # z goes from -1 to 1 in the element; quadratic in it, r = b + z (r1 + z r2)
+        r1, r2, p1, p2 = 0.5 * (c - a), 0.5 * (a + c) - b, 0.5 * (u - p), 0.5 * (p + u) - o
+        low, high = (-1.0, 0.0) if k == first else (0.0, 1.0)
+        z = low + float(ahead[k] / (ahead[k] - ahead[k + 1]))
+        for _ in range(_MOST_ITERATIONS):
+            turn = cmath.exp(1j * (o + z * (p1 + z * p2)))
+            across = (b + z * (r1 + z * r2)) * turn.conjugate()
+            tangent = (r1 + 2.0 * z * r2) * turn.conjugate()
+            bent = p1 + 2.0 * z * p2
+            if across.real > 0.0:
+                high = z
+            else:
+                low = z
+            growth = tangent.real + across.imag * bent
+            step = -across.real / growth if growth > 0.0 else np.inf
+            if abs(step) < _PLACED:
+                break
+            # where Newton's method leads out of the part that holds the place, it is halved
+            z = z + step if low <= z + step <= high else 0.5 * (low + high)
+        half = 0.5 * float(self.beam.x[first + 2] - self.beam.x[first])
+        shapes = 0.5 * z * (z - 1.0), 1.0 - z * z, 0.5 * z * (z + 1.0)
+        place = float(self.beam.x[first + 1]) + z * half
+        return _Found(first, shapes, place, 0.0, turn, tangent / half, bent / half, across.imag)
+
+    def _past(self, node: int, r: Complex, ahead: Array, phi: Array) -> _Found:
+        """Return the place past an end of the beam."""
+        turn, past = cmath.exp(1j * float(phi[node])), -float(ahead[node])
+        height = float((turn.conjugate() * r[node]).imag)
+        first, shapes = (node - 2, (0.0, 0.0, 1.0)) if node else (0, (1.0, 0.0, 0.0))
+        return _Found(first, shapes, float(self.beam.x[node]) + past, past, turn, 1.0 + 0j, 0.0, height)
+
 
 @dataclass(frozen=True)
 class Contact:
-    """The closed contact within a step: spring, and friction against the slip, or none because the point sticks.
+    """A closed contact within a step: spring, and friction against the slip, or none because the point sticks.
 
     The mean force of the spring over a step is that at its mean depth: its work is the change of its energy.
     """
 
-    slope: Slope
+    touching: Touching
     friction: float = 0.0  # lambda_tau/lambda_n, against the slip
     sticks: bool = False
 
     def normal_force(self, gap0: float, gap1: float, length: float) -> tuple[float, float]:
         """Mean normal force (N) of a step, and its derivative by the gap at its end (N/m)."""
-        k, c = self.slope.law.stiffness, self.slope.law.damping
+        k, c = self.touching.law.stiffness, self.touching.law.damping
         depth, factor = -0.5 * (gap0 + gap1), 1.0 - c * (gap1 - gap0) / length
         if factor <= 0.0:
             return 0.0, 0.0
         return k * depth * factor, -0.5 * k * factor - k * depth * c / length
-
-    def forces(self, q0: Array, q1: Array, length: float) -> tuple[Array, Array]:
-        """Return the mean forces (3,) on the node within a step (N, N, N m), and their derivatives by q1."""
-        slope, n = self.slope, self.slope.normal
-        gap0, gap1 = (float(n @ slope.point(q)) - slope.offsets[0] for q in (q0, q1))
-        force, rate = self.normal_force(gap0, gap1, length)
-        direction, turning = slope.mean_rows(n + self.friction * slope.tangent, q0, q1)
-        tangent = rate * np.outer(direction, slope.rows(n, q1))
-        tangent[2, 2] += force * turning
-        return force * direction, tangent

@@ -1,35 +1,25 @@
 """The axis of the bent beam at any place along it: shape functions as polynomials on panels.
 
-A contact that slides along the beam needs u_y = Phi(x) B and u_x = -B^T H(x) B/2 wherever it is.  Finite elements
-are cubics on their elements; eigenfunctions are interpolated on panels so short that polynomials of the degree 11
-hold them to rounding.
+A contact that slides along the beam needs u_y = Phi(x) B and u_x = -B^T H(x) B/2 wherever it is.  Modes of finite
+elements are cubics on the elements; eigenfunctions are interpolated on panels so short that polynomials of the
+degree 11 hold them to rounding.  All nodes of a mesh have the cubics of :mod:`oblique_impact.beam.hermite`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.jit import compiled_protocol, inlined, jitable
 from oblique_impact.kernels.workspace import Array, Vectors
 
 _MOST_ITERATIONS, _PLACED = 20, 1e-15  # of Newton's method for a place; of the length: a few units of rounding
 #: the error of a polynomial of this degree on a panel of half a wave number (rad) is 2e-16 of the function
 _DEGREE, _HALF_PANEL = 11, 0.5
-
-
-class AxisShapes(NamedTuple):
-    """Shape functions on panels, each a polynomial in z from -1 to 1; n functions."""
-
-    edges: Array  # (panels + 1,) m, ascending from 0
-    coefficients: Array  # (panels, degree + 1, n) of powers of z
-    shortening: Array  # (panels + 1, n, n) H at the edges (1/m)
-    nodes: Array  # (degree,) of Gauss's rule, exact for products of two slopes
-    weights: Array
 
 
 class Axis(NamedTuple):
@@ -42,6 +32,30 @@ class Axis(NamedTuple):
     panel: int
     z: float  # place in the panel
     beyond: float  # m, how far the place is past an end of the beam, from which its tangent goes on
+
+
+@compiled_protocol
+class Shapes(Protocol):
+    """Shape functions of a beam at any place along it."""
+
+    def bent_axis(self, x: float, B: Array, polynomial: Array) -> Axis:
+        """Displacements, slope and curvature of the axis at x (m); `polynomial` (12,) is for `take_shapes`."""
+
+    def take_shapes(self, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+        """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
+
+        Returns B'^T H B' and u_y'' of the velocities.
+        """
+
+
+class _PanelData(NamedTuple):
+    """Shape functions on panels, each a polynomial in z from -1 to 1; n functions."""
+
+    edges: Array  # (panels + 1,) m, ascending from 0
+    coefficients: Array  # (panels, degree + 1, n) of powers of z
+    shortening: Array  # (panels + 1, n, n) H at the edges (1/m)
+    nodes: Array  # (degree,) of Gauss's rule, exact for products of two slopes
+    weights: Array
 
 
 def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
@@ -91,7 +105,7 @@ class ShapeFunctions:
 
 
 @jitable
-def _panel_of(edges: Array, x: float) -> int:
+def panel_of(edges: Array, x: float) -> int:
     """Panel that holds x; beyond the ends the nearest."""
     low, high = 0, edges.shape[0] - 1
     while high - low > 1:
@@ -123,9 +137,9 @@ def _slope_at(s: AxisShapes, polynomial: Array, z: float) -> float:
 
 
 @jitable
-def bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
-    """Displacements, slope and curvature of the axis at x (m); `polynomial` (degree + 1,) is scratch."""
-    panel = _panel_of(s.edges, x)
+def _bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
+    """Bend the axis, see `Shapes`."""
+    panel = panel_of(s.edges, x)
     a, half = s.edges[panel], 0.5 * (s.edges[panel + 1] - s.edges[panel])
     inside = min(max(x, s.edges[0]), s.edges[-1])
     z, beyond = (inside - a) / half - 1.0, x - inside
@@ -201,19 +215,19 @@ class ContactKinematics(NamedTuple):
 
 
 @jitable
-def place_of(s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, Axis]:
+def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, Axis]:
     """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
 
     Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam.
     """
     x = X - radius
-    axis = bent_axis(s, x, B, polynomial)
+    axis = s.bent_axis(x, B, polynomial)
     for _ in range(_MOST_ITERATIONS):
         along, across, steep = radius + x + axis.u_x - X, axis.u_y - Y, 1.0 - 0.5 * axis.slope * axis.slope
         value = along * steep + across * axis.slope
         rate = steep * steep + axis.slope * axis.slope + (across - along * axis.slope) * axis.curvature
         x -= value / rate
-        axis = bent_axis(s, x, B, polynomial)
+        axis = s.bent_axis(x, B, polynomial)
         if abs(value / rate) < _PLACED * s.edges[-1]:
             break
     return x, axis
@@ -221,10 +235,7 @@ def place_of(s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynom
 
 @jitable
 def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
-    """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
-
-    Returns B'^T H B' and u_y'' of the velocities.
-    """
+    """Take shape functions at a place, see `Shapes`."""
     shapes, slopes, HB, polynomial = v.scratch_a, v.scratch_b, v.shortening_product, v.polynomial
     panel, z, n = axis.panel, axis.z, B.shape[0]
     half, part, bending, curving = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (z + 1.0), 0.0, 0.0
@@ -263,8 +274,16 @@ def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> 
     return bending, curving
 
 
+class AxisShapes(_PanelData):
+    """Few shape functions, each not zero anywhere: those of modes."""
+
+    __slots__ = ()
+    bent_axis = _bent_axis
+    take_shapes = _take_shapes
+
+
 @jitable
-def touch_peg(s: AxisShapes, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) -> ContactKinematics:
+def touch_peg(s: Any, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) -> ContactKinematics:
     """Gap, slip, biases and rows of a fixed point against the axis of a beam on a hub of this radius (m).
 
     The point c meets the axis at the place x where (r - c).r' = 0.  With t = r'/|r'|, its normal n on the side of
@@ -281,7 +300,7 @@ def touch_peg(s: AxisShapes, radius: float, peg: Peg, q: Array, qd: Array, v: Ve
     cosine, sine = np.cos(theta), np.sin(theta)
     X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
     x, axis = place_of(s, radius, X, Y, B, v.polynomial)
-    bending, curvature_rate = _take_shapes(s, axis, B, Bd, v)
+    bending, curvature_rate = s.take_shapes(axis, B, Bd, v)
     shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
     phi, kappa, steep, side = axis.slope, axis.curvature, 1.0 - 0.5 * axis.slope * axis.slope, peg.side
     stretch = np.sqrt(steep * steep + phi * phi)  # |r'|, 1 but for the fourth power of the slope

@@ -12,12 +12,14 @@ from oblique_impact.beam import floating_frame, nodal_frame
 from oblique_impact.beam.axis import Places
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
-from oblique_impact.beam.nodal_frame import NodalModel
+from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import residual_flexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
+from oblique_impact.kernels.workspace import Vectors
 from oblique_impact.scenario.scenario import Scenario
 
 _ROOTS = {"pin": floating_frame.PIN, "hub": floating_frame.HUB, "driven": floating_frame.DRIVEN}
@@ -32,6 +34,34 @@ class ContactPlace(NamedTuple):
     extent: tuple[float, ...]  # m, of the slip
     stiffness: float  # N/m, of an elastic stop
     radius: float = 0.0  # m, of a peg
+
+
+def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[ContactPlace]:
+    """Return places that can touch if the whole beam can: its points on each side, each obstacle point on it.
+
+    `foreshortening` is 0 where terms of second order are left out.
+    """
+    s, found = scenario, list[ContactPlace]()
+
+    def half_depth(x: float) -> float:
+        """Distance (m) at x of the face that touches from the axis."""
+        return s.beam.fibre_distance(x) if s.contact.surface == "section" else 0.0
+
+    length, reach = s.beam.length, s.root.hub_radius
+    for side in s.sides:
+        (x, y), c, sine = side.origin, np.cos(side.angle), np.sin(side.angle)
+        facing = -np.copysign(1.0, np.cos(s.initial.angle - side.angle))
+        for place in s.beam_points:
+            fibre = facing * half_depth(place)
+            numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, foreshortening * fibre
+            found.append(ContactPlace(side.obstacle, True, numbers, tuple(side.extent), side.stiffness))
+    for point in s.obstacle_points:
+        across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
+        along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
+        depth = half_depth(float(np.clip(along, 0.0, length)))
+        numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
+        found.append(ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius))
+    return found
 
 
 class Energies(NamedTuple):
@@ -138,29 +168,8 @@ class Beam:
 
     @cached_property
     def contact_places(self) -> list[ContactPlace]:
-        """Places that can touch if the whole beam can: its points on each side, and each obstacle point on it."""
-        s, kept, found = self.scenario, self.foreshortening, list[ContactPlace]()
-        length, reach = s.beam.length, s.root.hub_radius
-        for side in s.sides:
-            (x, y), c, sine = side.origin, np.cos(side.angle), np.sin(side.angle)
-            facing = -np.copysign(1.0, np.cos(s.initial.angle - side.angle))
-            for place in s.beam_points:
-                fibre = facing * self._half_depth(place)
-                numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, kept * fibre
-                found.append(ContactPlace(side.obstacle, True, numbers, tuple(side.extent), side.stiffness))
-        for point in s.obstacle_points:
-            across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
-            along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
-            depth = self._half_depth(float(np.clip(along, 0.0, length)))
-            numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
-            found.append(
-                ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius)
-            )
-        return found
-
-    def _half_depth(self, x: float) -> float:
-        """Distance (m) at x of the face that touches from the axis."""
-        return self.scenario.beam.fibre_distance(x) if self.scenario.contact.surface == "section" else 0.0
+        """Places that can touch if the whole beam can, see :func:`contact_places`."""
+        return contact_places(self.scenario, self.foreshortening)
 
     def _places(self) -> Places | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""
@@ -207,6 +216,11 @@ class Beam:
     def residual_compliance(self) -> float:
         """Residual compliance (m/N) at the contact point, transverse to the beam."""
         return float(self.residual_flexibility[0, 0])
+
+    def residual_compliance_at(self, place: float) -> float:
+        """Return the residual compliance (m/N) at a place (m) of a beam in modes, transverse to it."""
+        clamped = self.scenario.discretization.frame == "tangent"
+        return float(residual_flexibility(self.operators, clamped, place)[0, 0])
 
     def residual(self, q: Array) -> Residual:
         """Return the residual flexibility of the contact along the normal, at the coordinates q (d,)."""
@@ -332,7 +346,23 @@ class FullBeam(Beam):
             mass_proportional=s.beam.mass_proportional,
             contact_first=int(at[0]),
             contact_end=int(at[-1]) + 1,
+            places=self._nodal_places(),
             **self._load_and_slope(),
+        )
+
+    def _nodal_places(self) -> NodalPlaces | None:
+        """Places of contact as kernels read them; None if one point alone can touch the slope."""
+        if self.scenario.contact.where == "point":
+            return None
+        assert self.operators.along is not None
+        places, size = self.contact_places, self.size + 1
+        return NodalPlaces(
+            HermiteShapes(self.operators.along.edges),
+            np.array([place.on_side for place in places]),
+            np.array([place.numbers for place in places], dtype=float),
+            np.zeros(size),
+            np.zeros(size),
+            Vectors.new(size),
         )
 
     def initial_state(self) -> tuple[Array, Array]:

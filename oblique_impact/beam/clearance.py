@@ -83,8 +83,8 @@ def smallest_distance(
     """Smallest distance (m) of each sample's beam from the obstacles, its place (m) and the nearest obstacle.
 
     The axis is known at the stations x (m); `section` is the direction, of length 1, that the sections have turned
-    to from that of the axis, with its derivative in x: given, the distance is that of the face.  From a point it
-    is negative where the axis has the point on the other side than at the start; of its ends it is positive.
+    to from that of the axis, with its derivative in x: given, the distance is that of the face.  Below a side it
+    is negative, and from a peg where the axis, or the face, is inside of it.
     """
     numbers, found = list[int](), list[tuple[Array, Array]]()
     for side in scenario.sides:
@@ -126,20 +126,17 @@ def _from_side(side: Side, x: Array, curve: Curve) -> tuple[Array, Array]:
     for end in side.extent:
         guides.append((lambda z, tangent, end=end: z.real - end, np.imag))  # type: ignore[misc]
         guides.append((lambda z, tangent, end=end: _ahead(z - end, tangent), distance))  # type: ignore[misc]
-    return _smallest(x, (turn * curve[0] - (along + 1j * height), turn * curve[1]), distance, guides)[:2]
+    return _smallest(x, (turn * curve[0] - (along + 1j * height), turn * curve[1]), distance, guides)
 
 
 def _from_point(scenario: Scenario, point: ObstaclePoint, x: Array, axis: Curve) -> tuple[Array, Array]:
     """Distance (m) from a point and its place (m)."""
-    centre, angle = point.x + 1j * point.y, scenario.initial.angle
-    distance, place, z, tangent = _smallest(x, (axis[0] - centre, axis[1]), np.abs, [(_ahead, np.abs)])
-    at_start = (np.exp(-1j * angle) * -centre).imag  # height of the beam above the point, across the beam
-    crossed = (tangent.conj() * z).imag * at_start < 0.0
-    signed = np.where(crossed & (place > x[0]) & (place < x[-1]), -distance, distance)
+    centre = point.x + 1j * point.y
+    distance, place = _smallest(x, (axis[0] - centre, axis[1]), np.abs, [(_ahead, np.abs)])
     depth = (
         Sections.from_scenario(scenario).fibre_distance(place) if scenario.contact.surface == "section" else 0.0
     )
-    return signed - point.radius - depth, place
+    return distance - point.radius - depth, place
 
 
 def _ahead(z: Points, tangent: Points) -> Array:
@@ -152,21 +149,21 @@ def _smallest(
     curve: Curve,
     distance: Callable[[Points], Array],
     guides: Sequence[tuple[_Function, Callable[[Points], Array]]],
-) -> tuple[Array, Array, Points, Points]:
-    """Smallest distance (m) at the stations and where a guide is zero; its place (m), and the curve there."""
+) -> tuple[Array, Array]:
+    """Smallest distance (m) at the stations and where a guide is zero, and its place (m)."""
     samples, (z, tangent) = np.arange(curve[0].shape[0]), curve
     at_stations = distance(z)
     station = np.argmin(at_stations, axis=1)
-    found = [(samples, at_stations[samples, station], x[station], z[samples, station], tangent[samples, station])]
+    found = [(samples, at_stations[samples, station], x[station])]
     for guide, value in guides:
         falls = guide(z, tangent) < 0.0
         row, cell = np.nonzero(falls[:, :-1] != falls[:, 1:])
-        place, point, direction = _root(guide, x, z, tangent, row, cell)
-        found.append((row, value(point), place, point, direction))
-    row, smallest, place, point, direction = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        place, point = _root(guide, x, z, tangent, row, cell)
+        found.append((row, value(point), place))
+    row, smallest, place = (np.concatenate(parts) for parts in zip(*found, strict=True))
     order = np.lexsort((smallest, row))
     first = order[np.searchsorted(row[order], samples)]
-    return smallest[first], place[first], point[first], direction[first]
+    return smallest[first], place[first]
 
 
 def _distance(extent: tuple[float, ...], z: Points) -> Array:
@@ -179,8 +176,8 @@ def _distance(extent: tuple[float, ...], z: Points) -> Array:
 
 def _root(
     guide: _Function, x: Array, z: Points, tangent: Points, row: Indices, cell: Indices
-) -> tuple[Array, Points, Points]:
-    """Places (m) in cells of the stations where `guide` changes its sign, the points of the axis and its tangents.
+) -> tuple[Array, Points]:
+    """Places (m) in cells of the stations where `guide` changes its sign, and the points of the axis there.
 
     The axis is Hermite's cubic of each cell; `part` of the cell, 0 to 1, is bisected, and a chord ends it.
     """
@@ -200,7 +197,7 @@ def _root(
         low, high = np.where(before, part, low), np.where(before, high, part)
     one, other = guide(*at(low)), guide(*at(high))
     part = low + (high - low) * one / (one - other)
-    return x[cell] + part * length, *at(part)
+    return x[cell] + part * length, at(part)[0]
 
 
 def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] | None:
@@ -221,7 +218,7 @@ def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] |
 def slope_warnings(
     scenario: Scenario, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]
 ) -> list[str]:
-    """Return warnings if the beam passes below a side, or its one contact point leaves the slope at an end.
+    """Return warnings if the beam passes below a side or through a peg, or its one contact point leaves the slope.
 
     The depth of the contact point itself, in an elastic stop or after a fixed step, does not count, unless it is
     below the line of the slope beyond an end.  `passages` are those of the summary's `slope_ends`.
@@ -229,7 +226,7 @@ def slope_warnings(
     if "clearance" not in variables:
         return []
     if scenario.contact.where == "anywhere":
-        return _passes_between(scenario, variables)
+        return _passes_between(scenario, variables) + _passes_through_pegs(scenario, variables)
     slope, point, tolerance = scenario.slope, scenario.contact.point, NOTICEABLE * scenario.beam.length
     warnings = []
     c, s = np.cos(slope.angle), np.sin(slope.angle)
@@ -266,6 +263,30 @@ def _passes_between(scenario: Scenario, variables: Mapping[str, Array]) -> list[
         return []
     name, grid = f"obstacle {obstacle[k]}" if obstacle[k] else "the slope", scenario.contact.grid
     return [f"{_passage(variables, k, name)}; sides touch it at the ends of contact.grid = {grid} parts alone"]
+
+
+def _passes_through_pegs(scenario: Scenario, variables: Mapping[str, Array]) -> list[str]:
+    """Return a warning for each peg that the beam comes to from behind: round its own end, without contact."""
+    warnings, least = list[str](), NOTICEABLE * scenario.beam.length
+    for point in scenario.obstacle_points:
+        if point.corner:  # which belongs to its side
+            continue
+        i = int(np.argmax(variables["contact_obstacle"] == point.obstacle))
+        place, reach = variables["contact_place"][:, i], point.radius + scenario.half_depth
+        across = variables["contact_gap"][:, i] + reach  # of the axis from the centre, negative behind it
+        # where a contact opens or closes within a step, its last sample of flight may be inside of the peg
+        closed = np.pad(variables["contact_state"][:, i] != State.FREE, 1)
+        flies = ~(closed[:-2] | closed[1:-1] | closed[2:]) & (place >= 0.0) & (place <= scenario.beam.length)
+        passes = flies & (across < -least) & (across > least - reach)
+        far = np.flatnonzero(np.abs(across) > least)  # nearer to a peg without a radius it may only touch it
+        flies_on = flies[far[:-1]] & (np.diff(np.cumsum(~flies)[far]) == 0)
+        passes[far[1:]] |= flies_on & (across[far[:-1]] < 0.0) & (across[far[1:]] > 0.0)
+        if passes.any():
+            warnings.append(
+                f"passes through obstacle {point.obstacle} at t = {variables['time'][np.argmax(passes)]:.6g} s: "
+                "a peg touches only that side of the beam which faces it at the start"
+            )
+    return warnings
 
 
 def _passage(variables: Mapping[str, Array], sample: int, obstacle: str) -> str:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -90,18 +91,18 @@ def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
 def truncation_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
     """Return a warning if the truncated flexibility of the beam is not small against that of an elastic stop.
 
-    The stiffness of the stop is the secant one at the largest force of the run.
+    The place and the stop are those of the largest force of the run; the stiffness is the secant one there.
     """
-    force, depth = np.nan_to_num(variables["lambda_n"]), np.nan_to_num(variables["depth"])
-    top = int(np.argmax(force))
-    s = beam.scenario
+    s, top = beam.scenario, _largest_force(beam.scenario, variables)
     converges = s.beam.kelvin_voigt > 0.0 or not is_stiff(s)
-    if not depth[top] > 0.0 or not converges:
+    if not top.depth > 0.0 or not converges:
         return []
-    stiffness, compliance = float(force[top] / depth[top]), beam.residual_compliance
+    stiffness = top.force / top.depth
     if s.is_nodal:  # the longest element by itself, h^3/(12 E I)
-        bending = float(beam.operators.sections.bending_stiffness(s.contact.point))
+        bending = float(beam.operators.sections.bending_stiffness(top.place))
         compliance = float(beam.operators.largest_element**3 / (12.0 * bending))
+    else:
+        compliance = beam.residual_compliance_at(top.place)
     left = stiffness * compliance
     if not left > _LEFT_OUT:
         return []
@@ -110,15 +111,41 @@ def truncation_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]
     else:
         # the flexibility left out falls with the third power of the number of modes
         estimate = math.ceil(s.discretization.modes * (left / _LEFT_OUT) ** (1 / 3))
-        needed = _modes(s, modes_for_stop(s, stiffness, int(0.8 * estimate)) or estimate)
-        if not s.contact.residual_flexibility:
+        needed = _modes(s, modes_for_stop(s, stiffness, int(0.8 * estimate), top.place) or estimate)
+        if not s.contact.residual_flexibility and s.contact.where == "point":
             needed += ", with contact.residual_flexibility = true"
     share = f"{left:.2g} times" if left >= 1.0 else f"{100.0 * left:.2g} % of"
-    key = "contact.stiffness" if s.contact.normal == "spring" else "contact.normal"
     return [
-        f"{key}: the flexibility that {_resolution(s)} leave out of the contact point is {share} that of "
+        f"{top.key}: the flexibility that {_resolution(s)} leave out {top.where} is {share} that of "
         f"the stop: contact forces are not those of the beam; forces within 2 % take {needed}"
     ]
+
+
+class _Peak(NamedTuple):
+    """The largest force of a run."""
+
+    force: float  # N
+    depth: float  # m, of the stop
+    place: float  # m along the beam
+    key: str  # of the scenario, that the stop has its stiffness from
+    where: str  # on the beam
+
+
+def _largest_force(s: Scenario, variables: Mapping[str, Array]) -> _Peak:
+    """Return the largest contact force of a run."""
+    key = "contact.stiffness" if s.contact.normal == "spring" else "contact.normal"
+    if "contact_lambda_n" not in variables:
+        force, depths = np.nan_to_num(variables["lambda_n"]), np.nan_to_num(variables["depth"])
+        k = int(np.argmax(force))
+        return _Peak(float(force[k]), float(depths[k]), s.contact.point, key, "of the contact point")
+    forces = np.nan_to_num(variables["contact_lambda_n"])
+    k, i = (int(at) for at in np.unravel_index(np.argmax(forces), forces.shape))
+    obstacle, depth = int(variables["contact_obstacle"][i]), -float(variables["contact_gap"][k, i])
+    place = float(np.clip(variables["contact_place"][k, i], 0.0, s.beam.length))
+    key = f"obstacles.{obstacle}.stiffness" if obstacle else key
+    if s.contact.normal == "rigid":
+        depth = 0.0
+    return _Peak(float(forces[k, i]), depth, place, key, f"at x = {place:.3g} m")
 
 
 def light_damping(s: Scenario) -> float:
@@ -133,8 +160,20 @@ def is_stiff(s: Scenario) -> bool:
         return False
     if s.contact.normal != "spring":
         return s.contact.normal == "rigid"
-    flexibility = static_flexibility(Sections.from_scenario(s), s.contact.point, clamped=False)
-    return bool(s.contact.stiffness * flexibility[0, 0] > _NEARLY_RIGID)
+    sections = Sections.from_scenario(s)
+    return any(
+        stiffness * static_flexibility(sections, place, clamped=False)[0, 0] > _NEARLY_RIGID
+        for stiffness, place in elastic_stops(s)
+    )
+
+
+def elastic_stops(s: Scenario) -> list[tuple[float, float]]:
+    """Return the stiffness (N/m) of each stop, and the place (m) where the undeformed beam can meet it."""
+    if s.contact.where == "point":
+        return [(s.contact.stiffness, s.contact.point)]
+    found = [(side.stiffness, x) for side in s.sides for x in s.beam_points]
+    found += [(point.stiffness, math.hypot(point.x, point.y) - s.root.hub_radius) for point in s.obstacle_points]
+    return [(stiffness, x) for stiffness, x in found if 0.0 <= x <= s.beam.length]
 
 
 def _resolution(s: Scenario) -> str:
@@ -176,16 +215,17 @@ def modes_to_resolve_damping(s: Scenario, damping: float) -> int:
     return math.ceil(turns - (0.25 if frame_for_many_modes(s) == "mean-axis" else -0.5))
 
 
-def modes_for_stop(s: Scenario, stiffness: float, least: int = 2) -> int | None:
-    """Return the number of modes, at least `least`, that a stop of this stiffness (N/m) needs.
+def modes_for_stop(s: Scenario, stiffness: float, least: int = 2, place: float | None = None) -> int | None:
+    """Return how many modes, at least `least`, a stop of this stiffness (N/m) at a place (m) needs.
 
-    With them the truncated flexibility is at most `_LEFT_OUT` of that of the stop.  None if no number suffices.
+    By default that is the contact point.  With them the truncated flexibility is at most `_LEFT_OUT` of that of
+    the stop.  None if no number suffices.
     """
-    d = s.discretization
+    d, place = s.discretization, s.contact.point if place is None else place
     # the higher half of the modes of a mesh is inaccurate
     for count in range(max(least, 1), 1 + min(MAX_MODES, d.elements if d.method == "fem" else MAX_MODES)):
         other = s.replace(discretization__modes=count, discretization__frame=frame_for_many_modes(s))
-        if stiffness * Beam(other, build_operators(other)).residual_compliance <= _LEFT_OUT:
+        if stiffness * Beam(other, build_operators(other)).residual_compliance_at(place) <= _LEFT_OUT:
             return count
     return None
 

@@ -188,11 +188,11 @@ def _contact(model: BeamModel, q: Array, qd: Array, bending: float, v: Vectors) 
         model.fibre,
         model.fibre_turning,
     )
-    return _touch_side(point, model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE], q, qd, bending, v)
+    return touch_side(point, model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE], q, qd, bending, v)
 
 
 @jitable
-def _touch_side(
+def touch_side(
     point: PointOnSide, shape: Array, slope: Array, q: Array, qd: Array, bending: float, v: Vectors
 ) -> ContactKinematics:
     """Gap, slip, biases and rows of a place of the beam against a side; its x is counted from the axis of the hub.
@@ -238,7 +238,7 @@ def _touch_place(places: Places, i: int, q: Array, qd: Array, v: Vectors) -> Con
         HB[j + 1] = before
         bending += Bd[j] * rate
     point = PointOnSide(places.radius + n[0], n[1], n[2], n[3], n[4], n[5])
-    return _touch_side(point, places.values[i], places.slopes[i], q, qd, bending, v)
+    return touch_side(point, places.values[i], places.slopes[i], q, qd, bending, v)
 
 
 @jitable

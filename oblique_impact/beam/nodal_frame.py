@@ -19,10 +19,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.axis import ContactKinematics
-from oblique_impact.beam.floating_frame import kinematics
+from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, touch_peg
+from oblique_impact.beam.floating_frame import kinematics, touch_side
+from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -30,7 +32,7 @@ from oblique_impact.kernels.banded import (
     solve_band,
     solve_band_columns,
 )
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import (
     EFFECTIVE_SLOTS,
     Array,
@@ -47,6 +49,17 @@ MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
 # slopes there
 COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE, CONTACT_SLOPE = range(8)
 _LANES = 4
+
+
+class NodalPlaces(NamedTuple):
+    """Where the beam can touch obstacles, and its state in the floating frame for the rows there."""
+
+    shapes: HermiteShapes
+    on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam
+    numbers: Array  # (places, 6) of a `PointOnSide`, or of a `Peg`
+    q: Array  # (n + 1,) theta and B
+    qd: Array  # (n + 1,)
+    vectors: Vectors  # of n + 1 coordinates
 
 
 class _NodalData(NamedTuple):
@@ -69,6 +82,8 @@ class _NodalData(NamedTuple):
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
+    places: NodalPlaces | None = None  # in the place of the contact point on the slope: several obstacles
+    place: int = -1  # the one that `evaluate` takes as the contact, -1: none
 
 
 @jitable
@@ -134,6 +149,74 @@ def _contact(
     biases = curved, turning * phi_rate * phi_rate
     k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
     return k, gap_rate + c * speed, slip_rate - s * speed
+
+
+@jitable
+def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
+    u, frame, frame_qd, v = model.vectors, places.q, places.qd, places.vectors
+    frame[0], frame_qd[0] = _frame(model, q, qd)
+    for j in range(q.shape[0]):
+        frame[j + 1] = q[j] - frame[0] * u[RIGID, j]
+        frame_qd[j + 1] = qd[j] - frame_qd[0] * u[RIGID, j]
+    n, B, Bd = places.numbers[i], frame[1:], frame_qd[1:]
+    if places.on_side[i]:
+        axis = places.shapes.bent_axis(n[0], B, v.polynomial)
+        bending, _ = places.shapes.take_shapes(axis, B, Bd, v)
+        point = PointOnSide(n[0], n[1], n[2], n[3], n[4], n[5])
+        k = touch_side(point, v.scratch_a[1:], v.scratch_b[1:], frame, frame_qd, bending, v)
+    else:
+        k = touch_peg(places.shapes, 0.0, Peg(n[0], n[1], n[2], n[3], n[4]), frame, frame_qd, v)
+    _turn_row(model, v.normal_row, w.vectors.normal_row)
+    _turn_row(model, v.tangential_row, w.vectors.tangential_row)
+    gap_rate, slip_rate = dot(v.normal_row, frame_qd), dot(v.tangential_row, frame_qd)
+    return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, 0.0, 0.0, 0.0)
+
+
+@jitable
+def _turn_row(model: NodalModel, row: Array, target: Array) -> None:
+    """Turn a row (n + 1,) over theta and B into one over W."""
+    share = row[0]
+    for i in range(target.shape[0]):
+        share -= model.vectors[RIGID, i] * row[i + 1]
+    share /= model.inertia
+    for i in range(target.shape[0]):
+        target[i] = row[i + 1] + share * model.vectors[COUPLING, i]
+
+
+@jitable
+def _touch(places: NodalPlaces | None, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Evaluate one of several places; the compiler drops this of a model that has none."""
+    if places is None:
+        return Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return _touch_place(places, model, i, q, qd, w)
+
+
+@jitable
+def touch_nodal(model: NodalModel, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Fill the contact rows of one of several places."""
+    return _touch(model.places, model, place, q, qd, w)
+
+
+@jitable
+def _contact_at(
+    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, rows: bool, biased: bool, w: Workspace
+) -> Evaluation:
+    """Contact on the slope or at one of several places; the compiler drops one of the two branches."""
+    if places is None:
+        k, gap_rate, slip_rate = _contact(model, q, qd, rows, biased, w)
+        return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, 0.0, 0.0, 0.0)
+    if model.place >= 0:
+        return _touch_place(places, model, model.place, q, qd, w)
+    for i in range(q.shape[0]):
+        w.vectors.normal_row[i] = 0.0
+        w.vectors.tangential_row[i] = 0.0
+    return Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined
+def _with_powers(e: Evaluation, damping: float, supplied: float, rank_one: float) -> Evaluation:
+    return Evaluation(e.gap, e.slip, e.gap_rate, e.slip_rate, e.gap_bias, e.slip_bias, damping, supplied, rank_one)
 
 
 @jitable
@@ -204,9 +287,8 @@ def nodal_damping(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
 def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill forces and contact rows at (q, q')."""
     rank_one, damping = _forces(model, q, qd, w)
-    k, gap_rate, slip_rate = _contact(model, q, qd, True, True, w)
-    supplied = model.torque * qd[0]
-    return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, damping, supplied, rank_one)
+    e = _contact_at(model.places, model, q, qd, True, True, w)
+    return _with_powers(e, damping, model.torque * qd[0], rank_one)
 
 
 @jitable
@@ -217,22 +299,20 @@ def take_nodal_residual(
     v = w.vectors
     forces, residual = v.forces, v.residual
     rank_one, damping = _forces(model, q, qd, w)
-    supplied = model.torque * qd[0]
-    e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, damping, supplied, rank_one)
+    e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if contact:
-        k, gap_rate, slip_rate = _contact(model, q, qd, True, False, w)
-        e = Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, damping, supplied, rank_one)
+        e = _contact_at(model.places, model, q, qd, True, False, w)
     multiply_nodal_mass(model, rank_one, w, qdd, residual)
     for i in range(q.shape[0]):
         residual[i] = forces[i] - residual[i]
-    return e
+    return _with_powers(e, damping, model.torque * qd[0], rank_one)
 
 
 @jitable
 def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
     """Gap, slip and their rates at (q, q'), the rows with `contact`."""
-    k, gap_rate, slip_rate = _contact(model, q, qd, contact, False, w)
-    return Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, 0.0, model.torque * qd[0], 0.0)
+    e = _contact_at(model.places, model, q, qd, contact, False, w)
+    return _with_powers(e, 0.0, model.torque * qd[0], 0.0)
 
 
 @jitable
@@ -344,6 +424,7 @@ class NodalModel(_NodalData):
     factor_effective = factor_nodal_effective
     solve_effective = solve_nodal_effective
     damping_at = nodal_damping
+    touch = touch_nodal
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; memory is linear in the degrees of freedom."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from oblique_impact.beam.convergence import (
     LIGHT,
+    elastic_stops,
     frame_for_many_modes,
     is_stiff,
     light_damping,
@@ -69,7 +70,8 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
         if contact.enabled and is_stiff(found) and found.beam.kelvin_voigt > 0.0:
             count, why = modes_to_resolve_damping(found, found.beam.kelvin_voigt), "resolve the damping"
         if contact.enabled and contact.normal == "spring":
-            needed = modes_for_stop(found, contact.stiffness, _LEAST) or MAX_MODES + 1
+            counts = (modes_for_stop(found, k, _LEAST, place) for k, place in elastic_stops(found))
+            needed = max((count or MAX_MODES + 1 for count in counts), default=_LEAST)
             if needed >= count:
                 count, why = needed, "leave out little of the stop's flexibility"
         if count > MAX_MODES:

@@ -35,13 +35,18 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
     return np.asarray((moments * (w / sections.bending_stiffness(x))) @ moments.T)
 
 
-def residual_flexibility(operators: BeamOperators, clamped: bool) -> Array:
-    """Return the flexibility (2, 2) of deflection and rotation at the contact point that the modes leave out.
+def residual_flexibility(operators: BeamOperators, clamped: bool, place: float | None = None) -> Array:
+    """Return the flexibility (2, 2) of deflection and rotation that the modes leave out at a place (m).
 
-    Zero if they represent the whole deflection.
+    By default that of the contact point.  Zero if they represent the whole deflection.
     """
-    shapes = np.stack([operators.contact_shape, operators.contact_slope])
+    place, along = operators.contact_point if place is None else place, operators.along
+    if place == operators.contact_point:
+        shapes = np.stack([operators.contact_shape, operators.contact_slope])
+    else:
+        assert along is not None
+        shapes = np.stack(along.at(place)[:2])
     stiffness = operators.K.toarray() if issparse(operators.K) else operators.K
-    whole = static_flexibility(operators.sections, operators.contact_point, clamped)
+    whole = static_flexibility(operators.sections, place, clamped)
     left = np.asarray(whole - shapes @ np.linalg.solve(stiffness, shapes.T))
     return left if left[0, 0] > _ROUNDING * whole[0, 0] else np.zeros((2, 2))

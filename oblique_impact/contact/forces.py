@@ -37,6 +37,7 @@ from oblique_impact.contact.state import (
     Instant,
     Phase,
     Residual,
+    Stick,
     Stop,
 )
 from oblique_impact.kernels.jit import inlined, jitable
@@ -176,6 +177,12 @@ def inclined(phase: Phase, c: Instant) -> Instant:
     )
 
 
+@inlined
+def drift_of(stick: Stick, c: Instant) -> float:
+    """Slip (m) of a sticking contact from where it is held."""
+    return (c.slip - stick.slip) * stick.held
+
+
 @jitable
 def sliding_force(phase: Phase, c: Instant) -> Forces:
     """Contact force of a sliding contact; NO_SLIDING_SOLUTION if Painleve."""
@@ -198,7 +205,7 @@ def sliding_force(phase: Phase, c: Instant) -> Forces:
 @jitable
 def sticking_force(phase: Phase, c: Instant) -> Forces:
     """Both forces of a contact that sticks; NO_STICKING_SOLUTION if the constraints are redundant."""
-    drift = c.slip - phase.stick.slip
+    drift = drift_of(phase.stick, c)
     return holding_force(
         phase, c, phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
     )
@@ -248,7 +255,7 @@ def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
             if c.slip_rate * direction > 0.0 and ahead * direction > 0.0:
                 return False
     else:
-        drift = c.slip - phase.stick.slip if phase.state == STICKING else 0.0
+        drift = drift_of(phase.stick, c) if phase.state == STICKING else 0.0
         correction = phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
     force = holding_force(phase, c, correction)
     inside = abs(force.tangential) <= phase.stick.static * force.normal

@@ -20,12 +20,14 @@ from oblique_impact.contact.forces import (
     OK,
     SINGULAR,
     accelerate,
+    drift_of,
     flying,
     friction_ratio,
     guards_of,
     instant_of,
     moved,
     stop_force,
+    with_forces,
 )
 from oblique_impact.contact.friction import Branch
 from oblique_impact.contact.state import (
@@ -34,7 +36,10 @@ from oblique_impact.contact.state import (
     DEFINITE,
     FIRST,
     FREE,
+    GAP,
+    GAP_RATE,
     GUARDS,
+    HELD,
     HIGHEST,
     INTERCEPT,
     KEPT_SLIP,
@@ -44,6 +49,7 @@ from oblique_impact.contact.state import (
     NORMAL_FORCE,
     SIDE,
     SLIDING,
+    SLIP,
     SLIP_RATE,
     SLOPE,
     STATE,
@@ -51,9 +57,9 @@ from oblique_impact.contact.state import (
     STICKING,
     STIFFNESS,
     TANGENTIAL_FORCE,
+    ContactArrays,
     Instant,
     Phase,
-    Several,
     Stick,
     Stop,
     Surface,
@@ -65,14 +71,14 @@ NORMAL_DIRECTION, TANGENTIAL_DIRECTION = 0, 1
 
 
 @inlined
-def phase_of(shared: Phase, several: Several, i: int) -> Phase:
+def phase_of(shared: Phase, arrays: ContactArrays, i: int) -> Phase:
     """State of one of several contacts."""
-    row, stop, surface = several.rows[i], shared.stop, shared.surface
+    row, stop, surface = arrays.rows[i], shared.stop, shared.surface
     return Phase(
         int(row[STATE]),
         Stop(stop.compliant, stop.massless, row[STIFFNESS], stop.damping, stop.law),
         Branch(row[INTERCEPT], row[SLOPE], row[LOWEST], row[HIGHEST]),
-        Stick(row[STATIC], row[KEPT_SLIP]),
+        Stick(row[STATIC], row[KEPT_SLIP], row[HELD]),
         shared.stabilization,
         Surface(surface.enabled, row[SIDE], row[FIRST], row[LAST]),
         shared.residual,
@@ -88,50 +94,118 @@ def row_of(phase: Phase) -> list[float]:
 
 
 @inlined
-def instant_at(several: Several, i: int) -> Instant:
+def instant_at(arrays: ContactArrays, i: int) -> Instant:
     """Contact problem of one of several contacts where they were solved last."""
-    c = several.instants[i]
+    c = arrays.instants[i]
     return Instant(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], 0.0, 0.0)
+
+
+# one contact or several: `arrays` is an argument of its own, so that the compiler drops one of the two branches
+
+
+@inlined
+def contact_count(arrays: ContactArrays | None) -> int:
+    """Return the number of contacts."""
+    if arrays is None:
+        return 1
+    return int(arrays.rows.shape[0])
+
+
+@inlined
+def contact_phase(arrays: ContactArrays | None, phase: Phase, i: int) -> Phase:
+    """State of contact i; both branches have one type for the compiler, which of several contacts sees both."""
+    if arrays is None:
+        stop, friction, surface = phase.stop, phase.friction, phase.surface
+        return Phase(
+            phase.state,
+            Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law),
+            Branch(friction.intercept, friction.slope, friction.lower, friction.upper),
+            Stick(phase.stick.static, phase.stick.slip, phase.stick.held),
+            phase.stabilization,
+            Surface(surface.enabled, surface.side, surface.first, surface.last),
+            phase.residual,
+            None,
+        )
+    return phase_of(phase, arrays, i)
+
+
+@inlined
+def contact_at(arrays: ContactArrays | None, c: Instant, i: int) -> Instant:
+    """Contact problem of contact i where they were solved last; of a single one it is c."""
+    if arrays is None:
+        return c
+    return instant_at(arrays, i)
+
+
+@inlined
+def keep_forces(arrays: ContactArrays | None, c: Instant, i: int, normal: float, tangential: float) -> Instant:
+    """Keep the forces (N) of contact i; returns those of all, c with these forces of a single one."""
+    if arrays is None:
+        return with_forces(c, normal, tangential, c.supplied_power)
+    arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = normal, tangential
+    return c
 
 
 @jitable
 def solve_contacts(
-    several: Several | None, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
+    arrays: ContactArrays | None, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
 ) -> tuple[int, Instant]:
-    """Acceleration of `phase`; its field `several` is an argument, so that the compiler drops one of the branches.
+    """Acceleration of `phase`.
 
     Returns as :func:`oblique_impact.contact.forces.accelerate`; of several contacts the smallest distance in
     flight, the largest gap rate and the sum of the normal forces.
     """
-    if several is None:
+    if arrays is None:
         return accelerate(system, phase, t, q, qd, w)
-    return _accelerate_several(several, system, phase, t, q, qd, w)
+    return _accelerate_coupled(arrays, system, phase, t, q, qd, w)
 
 
 @jitable
-def _accelerate_several(
-    several: Several, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
+def _accelerate_coupled(
+    arrays: ContactArrays, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
 ) -> tuple[int, Instant]:
     e, v = system.evaluate(t, q, qd, w), w.vectors
     if not system.solve_mass(e.rank_one, w, False):
         return MASS_NOT_POSITIVE, flying(e)
-    least, fastest = take_contacts(several, system, phase, e.rank_one, t, q, qd, w)
+    least, fastest = take_contacts(arrays, system, phase, e.rank_one, t, q, qd, w)
     acceleration = v.acceleration
     copy(v.free_acceleration, acceleration)
-    _push_stops(several, phase, acceleration)
-    status = _solve_constraints(several, phase, acceleration)
+    _push_stops(arrays, phase, acceleration)
+    status = _solve_constraints(arrays, phase, acceleration)
     if status != OK:
         return status, flying(e)
     normal = 0.0
-    for i in range(several.rows.shape[0]):
-        normal += several.instants[i, NORMAL_FORCE]
+    for i in range(arrays.rows.shape[0]):
+        normal += arrays.instants[i, NORMAL_FORCE]
     supplied = e.supplied_power + dot(v.supply, acceleration)
     return OK, Instant(least, 0.0, fastest, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, normal, 0.0, e.damping_power, supplied)
 
 
 @jitable
+def touch_contacts(
+    arrays: ContactArrays, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
+) -> tuple[float, float]:
+    """Kinematics of all contacts, with the rows of the closed ones, and no force of those in flight.
+
+    Returns the smallest distance (m) of a contact in flight and the largest gap rate (m/s).
+    """
+    least, fastest = 1e300, 0.0
+    for i in range(arrays.rows.shape[0]):
+        k, c = system.touch(i, t, q, qd, w), arrays.instants[i]
+        c[GAP], c[SLIP], c[GAP_RATE], c[SLIP_RATE] = k.gap, k.slip, k.gap_rate, k.slip_rate
+        fastest = max(fastest, abs(k.gap_rate))
+        if arrays.rows[i, STATE] == FREE:
+            c[NORMAL_FORCE], c[TANGENTIAL_FORCE] = 0.0, 0.0
+            least = min(least, arrays.rows[i, SIDE] * k.gap)
+        else:
+            copy(w.vectors.normal_row, arrays.directions[i, 0])
+            copy(w.vectors.tangential_row, arrays.directions[i, 1])
+    return least, fastest
+
+
+@jitable
 def take_contacts(
-    several: Several, system: Any, phase: Phase, rank_one: float, t: float, q: Array, qd: Array, w: Workspace
+    arrays: ContactArrays, system: Any, phase: Phase, rank_one: float, t: float, q: Array, qd: Array, w: Workspace
 ) -> tuple[float, float]:
     """Kinematics of all contacts, and rows, responses and Delassus entries of the closed ones, without forces.
 
@@ -141,59 +215,59 @@ def take_contacts(
     v, least, fastest = w.vectors, 1e300, 0.0
     normal_row, tangential_row = v.normal_row, v.tangential_row
     normal_response, tangential_response = v.normal_response, v.tangential_response
-    for i in range(several.rows.shape[0]):
+    for i in range(arrays.rows.shape[0]):
         k = system.touch(i, t, q, qd, w)
         fastest = max(fastest, abs(k.gap_rate))
-        if several.rows[i, STATE] == FREE:
+        if arrays.rows[i, STATE] == FREE:
             c = moved(NO_CONTACT, k, 0.0, 0.0, 0.0)
-            least = min(least, several.rows[i, SIDE] * k.gap)
+            least = min(least, arrays.rows[i, SIDE] * k.gap)
         else:
             system.solve_mass(rank_one, w, True)
             c = instant_of(k, w)
-            copy(normal_row, several.directions[i, 0])
-            copy(tangential_row, several.directions[i, 1])
-            copy(normal_response, several.responses[i, 0])
-            copy(tangential_response, several.responses[i, 1])
-        several.biases[i, 0], several.biases[i, 1] = k.gap_bias, k.slip_bias
-        for j in range(several.instants.shape[1]):
-            several.instants[i, j] = c[j]
+            copy(normal_row, arrays.directions[i, 0])
+            copy(tangential_row, arrays.directions[i, 1])
+            copy(normal_response, arrays.responses[i, 0])
+            copy(tangential_response, arrays.responses[i, 1])
+        arrays.biases[i, 0], arrays.biases[i, 1] = k.gap_bias, k.slip_bias
+        for j in range(arrays.instants.shape[1]):
+            arrays.instants[i, j] = c[j]
     return least, fastest
 
 
 @jitable
-def _push_stops(several: Several, phase: Phase, acceleration: Array) -> None:
+def _push_stops(arrays: ContactArrays, phase: Phase, acceleration: Array) -> None:
     """Add the known forces of compliant stops, with the friction of those that slide, to the acceleration."""
     if not phase.stop.compliant:
         return
-    for i in range(several.rows.shape[0]):
-        p = phase_of(phase, several, i)
+    for i in range(arrays.rows.shape[0]):
+        p = phase_of(phase, arrays, i)
         if p.state == FREE:
             continue
-        c = instant_at(several, i)
+        c = instant_at(arrays, i)
         push = stop_force(p.stop, p.residual, c.gap, c.gap_rate)
         drag = friction_ratio(p, c.slip_rate) * push if p.state == SLIDING else 0.0
-        several.instants[i, NORMAL_FORCE], several.instants[i, TANGENTIAL_FORCE] = push, drag
+        arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = push, drag
         for j in range(acceleration.shape[0]):
-            acceleration[j] += several.responses[i, 0, j] * push + several.responses[i, 1, j] * drag
+            acceleration[j] += arrays.responses[i, 0, j] * push + arrays.responses[i, 1, j] * drag
 
 
 @jitable
-def _solve_constraints(several: Several, phase: Phase, acceleration: Array) -> int:
+def _solve_constraints(arrays: ContactArrays, phase: Phase, acceleration: Array) -> int:
     """Solve for the forces of rigid and sticking contacts and add them to the acceleration; returns the status.
 
     Gauss's elimination in the order of the contacts: its pivots are the effective inverse masses, which are
     positive where the problem has one solution.
     """
-    matrix, unknowns, m = several.matrix, several.unknowns, _collect(several, phase, acceleration)
+    matrix, unknowns, m = arrays.matrix, arrays.unknowns, _collect(arrays, phase, acceleration)
     status = OK
     for k in range(m):
         i, pivot = int(unknowns[k, 0]), matrix[k, k]
         normal = unknowns[k, 1] == NORMAL_DIRECTION
-        own = several.instants[i, A_NN] if normal else several.instants[i, A_TT]
+        own = arrays.instants[i, A_NN] if normal else arrays.instants[i, A_TT]
         if normal:
-            several.definite[i] = pivot / own
+            arrays.definite[i] = pivot / own
         if not pivot > SINGULAR * own:
-            sliding = several.rows[i, STATE] == SLIDING and several.rows[i, INTERCEPT] != 0.0
+            sliding = arrays.rows[i, STATE] == SLIDING and arrays.rows[i, INTERCEPT] != 0.0
             status = NO_SLIDING_SOLUTION if sliding else NO_STICKING_SOLUTION
             return status
         for r in range(k + 1, m):
@@ -206,16 +280,16 @@ def _solve_constraints(several: Several, phase: Phase, acceleration: Array) -> i
             force -= matrix[k, column] * matrix[column, m]
         matrix[k, m] = force / matrix[k, k]
     for k in range(m):
-        _apply_unknown(several, phase, int(unknowns[k, 0]), unknowns[k, 1], matrix[k, m], acceleration)
+        _apply_unknown(arrays, phase, int(unknowns[k, 0]), unknowns[k, 1], matrix[k, m], acceleration)
     return status
 
 
 @jitable
-def _collect(several: Several, phase: Phase, acceleration: Array) -> int:
+def _collect(arrays: ContactArrays, phase: Phase, acceleration: Array) -> int:
     """Put the equations of the unknown forces into the matrix; returns their number."""
-    matrix, unknowns, m = several.matrix, several.unknowns, 0
-    for i in range(several.rows.shape[0]):
-        state = int(several.rows[i, STATE])
+    matrix, unknowns, m = arrays.matrix, arrays.unknowns, 0
+    for i in range(arrays.rows.shape[0]):
+        state = int(arrays.rows[i, STATE])
         if state != FREE and not phase.stop.compliant:
             unknowns[m, 0], unknowns[m, 1] = i, NORMAL_DIRECTION
             m += 1
@@ -224,79 +298,79 @@ def _collect(several: Several, phase: Phase, acceleration: Array) -> int:
             m += 1
     for k in range(m):
         i, which = int(unknowns[k, 0]), int(unknowns[k, 1])
-        p, c, row = phase_of(phase, several, i), instant_at(several, i), several.directions[i, which]
+        p, c, row = phase_of(phase, arrays, i), instant_at(arrays, i), arrays.directions[i, which]
         rate, place = c.gap_rate, c.gap
         if which == TANGENTIAL_DIRECTION:
-            rate, place = c.slip_rate, c.slip - p.stick.slip
+            rate, place = c.slip_rate, drift_of(p.stick, c)
         correction = p.stabilization.damping * rate + p.stabilization.stiffness * place
         for column in range(m):
             j = int(unknowns[column, 0])
             if unknowns[column, 1] == TANGENTIAL_DIRECTION:
-                entry = dot(row, several.responses[j, 1])
+                entry = dot(row, arrays.responses[j, 1])
             else:
-                entry = dot(row, several.responses[j, 0])
-                other = phase_of(phase, several, j)
+                entry = dot(row, arrays.responses[j, 0])
+                other = phase_of(phase, arrays, j)
                 if other.state == SLIDING:
-                    ratio = friction_ratio(other, several.instants[j, SLIP_RATE])
-                    entry += ratio * dot(row, several.responses[j, 1])
+                    ratio = friction_ratio(other, arrays.instants[j, SLIP_RATE])
+                    entry += ratio * dot(row, arrays.responses[j, 1])
             matrix[k, column] = entry
-        matrix[k, m] = -(dot(row, acceleration) + several.biases[i, which] + correction)
+        matrix[k, m] = -(dot(row, acceleration) + arrays.biases[i, which] + correction)
     return m
 
 
 @jitable
 def _apply_unknown(
-    several: Several, phase: Phase, i: int, which: float, force: float, acceleration: Array
+    arrays: ContactArrays, phase: Phase, i: int, which: float, force: float, acceleration: Array
 ) -> None:
     """Add a force (N), with the friction of a sliding contact, to the acceleration and to its contact."""
     normal, tangential = force, 0.0
     if which == TANGENTIAL_DIRECTION:
         normal, tangential = 0.0, force
-    elif several.rows[i, STATE] == SLIDING:
-        tangential = friction_ratio(phase_of(phase, several, i), several.instants[i, SLIP_RATE]) * force
-    several.instants[i, NORMAL_FORCE] += normal
-    several.instants[i, TANGENTIAL_FORCE] += tangential
+    elif arrays.rows[i, STATE] == SLIDING:
+        tangential = friction_ratio(phase_of(phase, arrays, i), arrays.instants[i, SLIP_RATE]) * force
+    arrays.instants[i, NORMAL_FORCE] += normal
+    arrays.instants[i, TANGENTIAL_FORCE] += tangential
     for j in range(acceleration.shape[0]):
-        acceleration[j] += several.responses[i, 0, j] * normal + several.responses[i, 1, j] * tangential
+        acceleration[j] += arrays.responses[i, 0, j] * normal + arrays.responses[i, 1, j] * tangential
 
 
 @jitable
-def guards_into(several: Several | None, phase: Phase, c: Instant, values: Array) -> None:
+def guards_into(arrays: ContactArrays | None, phase: Phase, c: Instant, values: Array) -> None:
     """Put the guards of all contacts, five of each, into `values` and behind them their normal forces (N)."""
-    if several is None:
+    if arrays is None:
         guards = guards_of(phase, c)
         for k in range(GUARDS):
             values[k] = guards[k]
         values[GUARDS] = c.normal_force
     else:
-        _guards_of_several(several, phase, values)
+        _guards_of_each(arrays, phase, values)
 
 
 @jitable
-def _guards_of_several(several: Several, phase: Phase, values: Array) -> None:
-    n = several.rows.shape[0]
+def _guards_of_each(arrays: ContactArrays, phase: Phase, values: Array) -> None:
+    n = arrays.rows.shape[0]
     for i in range(n):
-        p, c = phase_of(phase, several, i), instant_at(several, i)
+        p, c = phase_of(phase, arrays, i), instant_at(arrays, i)
         guards = guards_of(p, c)
         for k in range(GUARDS):
             values[GUARDS * i + k] = guards[k]
         if p.state == SLIDING and not p.stop.compliant:
-            values[GUARDS * i + DEFINITE] = several.definite[i] - NEARLY_PAINLEVE
+            values[GUARDS * i + DEFINITE] = arrays.definite[i] - NEARLY_PAINLEVE
         values[GUARDS * n + i] = c.normal_force
 
 
 @jitable
-def felt(several: Several, i: int) -> Instant:
+def coupled_instant(arrays: ContactArrays, i: int) -> Instant:
     """Contact problem of a closed contact with the present forces of the others in its accelerations."""
-    c, gap, slip = instant_at(several, i), 0.0, 0.0
-    for j in range(several.rows.shape[0]):
-        if j == i or several.rows[j, STATE] == FREE:
+    c, gap, slip = instant_at(arrays, i), 0.0, 0.0
+    for j in range(arrays.rows.shape[0]):
+        if j == i or arrays.rows[j, STATE] == FREE:
             continue
-        normal, tangential = several.instants[j, NORMAL_FORCE], several.instants[j, TANGENTIAL_FORCE]
-        gap += dot(several.directions[i, 0], several.responses[j, 0]) * normal
-        gap += dot(several.directions[i, 0], several.responses[j, 1]) * tangential
-        slip += dot(several.directions[i, 1], several.responses[j, 0]) * normal
-        slip += dot(several.directions[i, 1], several.responses[j, 1]) * tangential
+        normal, tangential = arrays.instants[j, NORMAL_FORCE], arrays.instants[j, TANGENTIAL_FORCE]
+        gap += dot(arrays.directions[i, 0], arrays.responses[j, 0]) * normal
+        gap += dot(arrays.directions[i, 0], arrays.responses[j, 1]) * tangential
+        slip += dot(arrays.directions[i, 1], arrays.responses[j, 0]) * normal
+        slip += dot(arrays.directions[i, 1], arrays.responses[j, 1]) * tangential
     return Instant(
         c.gap,
         c.slip,
@@ -316,7 +390,7 @@ def felt(several: Several, i: int) -> Instant:
 
 def guard_values(phase: Phase, c: Instant) -> Array:
     """Return the guards of all contacts of a phase at an instant, five of each."""
-    count = 1 if phase.several is None else len(phase.several.rows)
+    count = 1 if phase.arrays is None else len(phase.arrays.rows)
     values = np.empty(count * (GUARDS + 1))
-    guards_into(phase.several, phase, c, values)
+    guards_into(phase.arrays, phase, c, values)
     return values[: count * GUARDS]

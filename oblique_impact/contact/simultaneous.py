@@ -27,9 +27,9 @@ from oblique_impact.contact.state import (
     SWITCHED,
     UPPER,
     VELOCITY,
+    ContactArrays,
     Instant,
     Phase,
-    Several,
     State,
     Tolerances,
 )
@@ -75,7 +75,7 @@ class GroupProbe(Protocol):
     def of(self, contact: int) -> ContactProbe:
         """Return the probe of one contact, as if there were no others."""
 
-    def felt(self, contact: int) -> ContactProbe:
+    def coupled(self, contact: int) -> ContactProbe:
         """Return the probe of one closed contact with the present forces of the others."""
 
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> Group:
@@ -125,7 +125,7 @@ class ContactMachines:
         self.friction = first.friction
         self.speed = first.tolerances.velocity / VELOCITY  # m/s, of the motion itself
         self._closed = first.closed_phase
-        self._start = Several.new(np.array([row_of(machine.free()) for machine in machines]), size)
+        self._start = ContactArrays.new(np.array([row_of(machine.free()) for machine in machines]), size)
 
     @property
     def compliant(self) -> bool:
@@ -134,17 +134,17 @@ class ContactMachines:
 
     def free(self) -> Phase:
         """Return the phase of free flight."""
-        return self.changed(self._closed._replace(several=self._start), {})
+        return self.changed(self._closed._replace(arrays=self._start), {})
 
     def changed(self, phase: Phase, phases: Mapping[int, Phase]) -> Phase:
         """Return a phase with new states of some of its contacts."""
-        assert phase.several is not None
-        rows = phase.several.rows.copy()
+        assert phase.arrays is not None
+        rows = phase.arrays.rows.copy()
         for contact, state in phases.items():
             rows[contact] = row_of(state)
         closed = rows[:, STATE] != State.FREE
         leading = int(State.SLIP if closed.any() else State.FREE)
-        return phase._replace(state=leading, several=phase.several._replace(rows=rows))
+        return phase._replace(state=leading, arrays=phase.arrays._replace(rows=rows))
 
     def start(self, phase: Phase, probe: GroupProbe) -> Change:
         """Return the states at the start of a run: contacts may touch, or press on their obstacles already."""
@@ -170,16 +170,16 @@ class ContactMachines:
 
         `lately` are contacts that an impact has opened a moment ago, see `ALTERNATING`.
         """
-        several = phase.several
-        assert several is not None
-        (i, which), states = divmod(guard, GUARDS), several.rows[:, STATE]
+        arrays = phase.arrays
+        assert arrays is not None
+        (i, which), states = divmod(guard, GUARDS), arrays.rows[:, STATE]
         if guard >= GUARDS * len(states):
             i, which = guard - GUARDS * len(states), SWITCHED
-        own, machine = phase_of(phase, several, i), self.machines[i]
+        own, machine = phase_of(phase, arrays, i), self.machines[i]
         others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
         if self.compliant and machine.stick_criterion:
             # a scheme that does not locate transitions: those of others come at the ends of the next steps
-            seen = probe.of(i) if own.state == State.FREE else probe.felt(i)
+            seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)
             return Change.of_one(i, machine.after_guard(own, which, seen))
         if which == DEFINITE:
             raise RunEnded(self._reason(phase, [i, *others], probe))
@@ -206,8 +206,8 @@ class ContactMachines:
     def _reason(self, phase: Phase, contacts: Sequence[int], probe: GroupProbe) -> Outcome:
         """Name why the forces of sliding contacts grow without bound: friction, or redundant constraints."""
         group = probe.together(contacts, {})
-        assert phase.several is not None
-        rubs = np.any(phase.several.rows[list(contacts), INTERCEPT] != 0.0)
+        assert phase.arrays is not None
+        rubs = np.any(phase.arrays.rows[list(contacts), INTERCEPT] != 0.0)
         return Outcome.PAINLEVE if rubs and not _is_redundant(group.normal()) else Outcome.REDUNDANT_CONSTRAINTS
 
     def _strike(
@@ -255,13 +255,13 @@ class ContactMachines:
         The contacts `opened` leave by an impact.  Of those `at_rest` the slip has just ended, those that `leaves`
         names have been stuck and begin to slip in the given direction.
         """
-        several = phase.several
-        assert several is not None
+        arrays = phase.arrays
+        assert arrays is not None
         states: dict[int, Phase] = {i: self.machines[i].free() for i in opened}
         if contacts:
             states |= self._states(phase, contacts, probe.together(contacts, change.impulses), at_rest, leaves)
         for i, state in states.items():
-            before = phase_of(phase, several, i)
+            before = phase_of(phase, arrays, i)
             struck, kind = i in change.impulses and change.impulses[i].normal > 0.0, None
             if before.state == State.FREE and state.state == State.FREE:
                 kind = EventKind.REBOUND if struck else None
@@ -289,11 +289,11 @@ class ContactMachines:
         leaves: Mapping[int, int],
     ) -> dict[int, Phase]:
         """Decide by accelerations which contacts stay closed, which stick and which way the others slip."""
-        several, static = phase.several, self.friction.static
-        assert several is not None
+        arrays, static = phase.arrays, self.friction.static
+        assert arrays is not None
         slips: dict[int, int] = {}
         for i, c in zip(contacts, group.instants, strict=True):
-            sticks = several.rows[i, STATE] == State.STICK
+            sticks = arrays.rows[i, STATE] == State.STICK
             still = self.tolerances.velocity + (_STILL * self.speed if sticks else 0.0)
             moving = abs(c.slip_rate) > still and i not in at_rest and i not in leaves
             slips[i] = leaves.get(i, _sign(c.slip_rate) if moving or static is None else 0)
@@ -311,7 +311,7 @@ class ContactMachines:
                 break
         found, kept = {}, []
         for i, c, force in zip(contacts, group.instants, solution.forces, strict=True):
-            own, machine = phase_of(phase, several, i), self.machines[i]
+            own, machine = phase_of(phase, arrays, i), self.machines[i]
             earlier = own if own.state != State.FREE else machine.closed_phase
             if force[0] <= 0.0 and not self.compliant:
                 found[i] = machine.free()

@@ -38,10 +38,15 @@ class Stop(NamedTuple):
 
 
 class Stick(NamedTuple):
-    """Sticking: |lambda_tau| <= static lambda_n, and the slip Z_tau is kept at `slip`."""
+    """Sticking: |lambda_tau| <= static lambda_n, and the slip Z_tau is kept at `slip`.
+
+    A point of an obstacle rolls on the beam where it sticks: with its radius, or where it is pressed in, the place
+    at which it touches moves without slipping.  There is no slip then to come back to, its rate alone is zero.
+    """
 
     static: float = -1.0  # negative: a law without a stick state
     slip: float = 0.0  # m
+    held: float = 1.0  # 0.0 of a point that rolls
 
 
 class Baumgarte(NamedTuple):
@@ -78,15 +83,14 @@ class Residual(NamedTuple):
     tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
 
 
-#: columns of `Several.rows`
-STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, SIDE, FIRST, LAST, STIFFNESS = range(11)
-ROW = 11
+#: columns of `ContactArrays.rows`
+STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, SIDE, FIRST, LAST, STIFFNESS = range(12)
 
 
-class Several(NamedTuple):
+class ContactArrays(NamedTuple):
     """States of n contacts, and arrays for their problem at an instant in a system of d degrees of freedom."""
 
-    rows: Array  # (n, 11) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
+    rows: Array  # (n, 12) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
     instants: Array  # (n, 13) the fields of `Instant`, each contact's accelerations without any contact force
     biases: Array  # (n, 2) accelerations of gap and slip without q''
     directions: Array  # (n, 2, d) D_n, D_tau of the closed contacts
@@ -96,8 +100,8 @@ class Several(NamedTuple):
     unknowns: Array  # (2 n, 2) contact and direction, 0 normal or 1 tangential, of each unknown
 
     @classmethod
-    def new(cls, rows: Array, size: int) -> Several:
-        """Allocate the arrays of n contacts, `rows` (n, 11), of a system with `size` degrees of freedom."""
+    def new(cls, rows: Array, size: int) -> ContactArrays:
+        """Allocate the arrays of n contacts, `rows` (n, 12), of a system with `size` degrees of freedom."""
         n = len(rows)
         shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2)
         return cls(rows, *(np.zeros(shape) for shape in shapes))
@@ -106,7 +110,7 @@ class Several(NamedTuple):
 class Phase(NamedTuple):
     """A contact state with all its parameters, as kernels read it.
 
-    Of `several` contacts it holds what they have in common; its state is free if all of them are.
+    Of several contacts (`arrays`) it holds what they have in common; its state is free if all of them are.
     """
 
     state: int = FREE
@@ -116,7 +120,7 @@ class Phase(NamedTuple):
     stabilization: Baumgarte = Baumgarte()
     surface: Surface = Surface()
     residual: Residual = Residual()
-    several: Several | None = None
+    arrays: ContactArrays | None = None
 
 
 class Instant(NamedTuple):
@@ -141,7 +145,7 @@ class Instant(NamedTuple):
 
 
 INSTANT = len(Instant._fields)
-#: columns of `Several.instants`
+#: columns of `ContactArrays.instants`
 GAP, SLIP, GAP_RATE, SLIP_RATE, A_NN, A_NT, A_TT, GAP_ACCELERATION, SLIP_ACCELERATION = range(9)
 NORMAL_FORCE, TANGENTIAL_FORCE = 9, 10
 #: the contact problem where there is none

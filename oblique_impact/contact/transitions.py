@@ -131,6 +131,8 @@ class ContactMachine:
         Law of a compliant stop; then contact begins and ends without an impulse.  Default: a rigid stop.
     extent : tuple of float
         Ends of the slope, [first, last] in m along it; empty without ends.
+    rolls : bool
+        Whether a point of an obstacle touches the beam, see `Stick`; else a point of the beam a side.
     """
 
     def __init__(
@@ -142,6 +144,7 @@ class ContactMachine:
         stick_criterion: StickCriterion | None = None,
         contact_law: ContactLaw | None = None,
         extent: tuple[float, ...] = (),
+        rolls: bool = False,
     ) -> None:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances = tolerances
@@ -151,7 +154,7 @@ class ContactMachine:
         self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
         self.closed_phase = Phase(
             stop=contact_law.stop if contact_law else Stop(),
-            stick=Stick(-1.0 if friction.static is None else float(friction.static)),
+            stick=Stick(-1.0 if friction.static is None else float(friction.static), held=float(not rolls)),
             stabilization=Baumgarte(*map(float, baumgarte)),
             surface=Surface(first=self._first, last=self._last),
         )

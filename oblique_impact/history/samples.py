@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +10,9 @@ import numpy as np
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance
 from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
-from oblique_impact.contact.state import INSTANT, Instant
+from oblique_impact.contact.state import INSTANT, Instant, State
 from oblique_impact.history.sample_times import ascending
+from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.records import Segment
 
@@ -88,30 +89,55 @@ def gather(
     return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, depth, contacts, each)
 
 
-def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) -> dict[str, Column]:
-    """Return the variables of the history of a beam, along it only displacements without `section_forces`."""
+def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
+    """Return the variables of the history of a beam, but for its :func:`section_forces`."""
     s = samples
     found = {**s.variables(), **_at_the_contact(beam, s), "station": beam.operators.stations.points}
     if s.each.shape[1]:
         found |= _of_contacts(beam, s)
-    if section_forces:
-        if s.each.shape[1]:
-            loads = PointLoads(*(found[f"contact_{name}"] for name in PointLoads._fields))
-        else:
-            loads = _load_of_the_slope(beam, found)
-        found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, loads))._asdict()
-    else:
-        along = displacements_along(beam, s.q, s.qd)
-        found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
+    along = displacements_along(beam, s.q, s.qd)
+    found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
-        distance, place, obstacle = beam_clearance(beam, s.q, found["ux"], found["uy"])
-        found |= {"clearance": distance, "clearance_at": place}
+        nearest = beam_clearance(beam, s.q, found["ux"], found["uy"])
+        found |= dict(zip(("clearance", "clearance_at", "clearance_obstacle"), nearest, strict=True))
         if s.each.shape[1]:
-            found["clearance_obstacle"] = obstacle
+            _press_into_points(beam, found)
+        else:
+            del found["clearance_obstacle"]
     return found
 
 
-def _load_of_the_slope(beam: Beam, found: dict[str, Column]) -> PointLoads:
+def _press_into_points(beam: Beam, found: dict[str, Column]) -> None:
+    """Let the clearance be the gap of a closed contact with a point where it is pressed in.
+
+    The distance of the axis from a point does not say on which side of it the axis is, the contact does.
+    """
+    is_point = np.array([not place.on_side for place in beam.contact_places])
+    pressed = is_point & (found["contact_state"] != State.FREE)
+    gaps = np.where(pressed, found["contact_gap"], np.inf)
+    deepest, samples = np.argmin(gaps, axis=1), np.arange(len(gaps))
+    deeper = gaps[samples, deepest] < found["clearance"]
+    for name, values in (
+        ("clearance", gaps[samples, deepest]),
+        ("clearance_at", found["contact_place"][samples, deepest]),
+        ("clearance_obstacle", found["contact_obstacle"][deepest]),
+    ):
+        found[name] = np.where(deeper, values, found[name])
+
+
+def section_forces(beam: Beam, samples: Samples, variables: Mapping[str, Column]) -> dict[str, Column]:
+    """Return section forces and stress, of samples at stations, from samples and their :func:`beam_variables`."""
+    s = samples
+    if s.each.shape[1]:
+        loads = PointLoads(*(variables[f"contact_{name}"] for name in PointLoads._fields))
+    else:
+        loads = _load_of_the_slope(beam, variables)
+    fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, loads))
+    places = {name: variables[name] for name in ("time", "station")}
+    return places | {name: getattr(fields, name) for name in SECTION_FORCES}
+
+
+def _load_of_the_slope(beam: Beam, found: Mapping[str, Column]) -> PointLoads:
     """Return the force of the one contact on the slope."""
     c, s = np.cos(beam.scenario.slope.angle), np.sin(beam.scenario.slope.angle)
     normal, tangential = found["lambda_n"], found["lambda_tau"]

@@ -34,6 +34,8 @@ LOSSES = ("impact", "friction", "damping", "scheme")
 #: energy lost to a scheme gives a warning above this part of all losses, and above this part of the largest
 #: kinetic energy of the run: less than that changes speeds by less than 0.05 %, also where nothing else is lost
 NOTICEABLE_SHARE, NEGLIGIBLE_ENERGY = 0.03, 1e-3
+#: of the parts of the energy: what is lost or unaccounted for below this is rounding
+ROUNDING = 1e-9
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
 
@@ -104,14 +106,17 @@ def balance_text(energy: Mapping[str, float]) -> str:
     return f"{parts} = {energy['final']:.6g} J"
 
 
-def energy_warnings(energy: Mapping[str, float], largest_kinetic: float, scheme: str) -> list[str]:
+def energy_warnings(
+    energy: Mapping[str, float], largest_kinetic: float, largest_parts: float, scheme: str
+) -> list[str]:
     """Return warnings about energy lost to the integration scheme, and about unaccounted energy.
 
     `energy` is a :class:`Ledger` as a dictionary, `largest_kinetic` the largest kinetic energy of the run (J),
-    `scheme` the name of the scheme.
+    `largest_parts` its largest sum of absolute kinetic, elastic and gravity energies (J), `scheme` the name of the
+    scheme.
     """
     losses = sum(abs(energy[f"lost_{name}"]) for name in LOSSES)
-    rounding = 1e-9 * max(abs(energy["initial"]), abs(energy["final"]))
+    rounding = ROUNDING * largest_parts  # in the total these may cancel, their rounding does not
     small = max(NOTICEABLE_SHARE * losses, NEGLIGIBLE_ENERGY * largest_kinetic, rounding)
     lost, unaccounted = energy["lost_scheme"], energy["unaccounted"]
     steps = "take shorter steps (solver.free_step, solver.contact_step)"

@@ -98,10 +98,10 @@ OF_CONTACTS = {
 }
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {
-    "clearance": Variable(_TIME, "m", "smallest distance of the beam from slope and obstacles, negative below"),
+    "clearance": Variable(_TIME, "m", "smallest distance of the beam from slope and obstacles, negative inside"),
     "clearance_at": Variable(_TIME, "m", "arc length where the beam is closest to slope and obstacles"),
 }
-#: variables that `simulate(..., section_forces=False)` leaves out
+#: variables of a beam that `History.section_forces` computes
 SECTION_FORCES = {
     "moment": Variable(_STATIONS, "N m", "bending moment"),
     "shear": Variable(_STATIONS, "N", "shear force, slope of the bending moment"),

@@ -85,6 +85,7 @@ _NUMERIC_SOURCE = (
     "beam/axis.py",
     "beam/base_motion.py",
     "beam/floating_frame.py",
+    "beam/hermite.py",
     "beam/nodal_frame.py",
 )
 

@@ -4,31 +4,35 @@ from __future__ import annotations
 
 from typing import Any
 
-from oblique_impact.contact.forces import with_forces
-from oblique_impact.contact.state import FREE, STICKING, Instant, Phase
+from oblique_impact.contact.forces import drift_of, with_forces
+from oblique_impact.contact.several import contact_at, contact_count, contact_phase, keep_forces
+from oblique_impact.contact.state import FREE, STICKING, ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
+from oblique_impact.marching.alpha_contacts import project_sticking
 from oblique_impact.marching.alpha_state import (
     GAP,
     GAP_RATE,
-    LAG,
+    MEMORY,
     SLIP_RATE,
     AlgorithmState,
     Attempt,
     Coefficients,
     algorithm_state,
     is_backward_euler,
+    keep_kinematics,
 )
 from oblique_impact.marching.alpha_step import Solution
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
     FRICTION_LOSS,
     NORMAL_IMPULSE,
+    OF_A_CONTACT,
     QUADRATURES,
     STABILIZATION_LOSS,
     STOP_LOSS,
     TANGENTIAL_IMPULSE,
-    quadrature_rates,
+    rates_into,
 )
 
 
@@ -40,7 +44,8 @@ def finish_step(a: Attempt, h: float, solution: Solution) -> None:
     """
     phase, c, y, y_new, w = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work
     d, v = w.vectors.forces.shape[0], w.vectors
-    before, after, end = algorithm_state(y, d), algorithm_state(y_new, d), solution.end
+    arrays = phase.arrays
+    before, after = algorithm_state(arrays, y, d), algorithm_state(arrays, y_new, d)
     scale = 1.0 / (1.0 - c.alpha_m)
     rigid = phase.state != FREE and not phase.stop.compliant
     for i in range(d):
@@ -48,47 +53,63 @@ def finish_step(a: Attempt, h: float, solution: Solution) -> None:
         after.algorithmic[i] = scale * (mean - c.alpha_m * before.algorithmic[i])
         after.reported[i] = mean if rigid else after.acceleration[i]
     copy(after.acceleration, v.acceleration)
-    after.reported[d], after.reported[d + 1] = end.normal_force, end.tangential_force
-    after.memory[LAG], after.memory[SLIP_RATE] = c.alpha_f * h, end.slip_rate
-    after.memory[GAP], after.memory[GAP_RATE] = end.gap, end.gap_rate
-    supplied = end.supplied_power + dot(v.supply, v.acceleration)
-    last = with_forces(end, after.forces[0], after.forces[1], supplied)
+    last, lag = solution.end, c.alpha_f * h
+    for i in range(contact_count(arrays)):
+        at = contact_at(arrays, solution.end, i)
+        after.reported[d + 2 * i], after.reported[d + 2 * i + 1] = at.normal_force, at.tangential_force
+        keep_kinematics(after, i, lag, at)
+        last = keep_forces(arrays, last, i, after.forces[2 * i], after.forces[2 * i + 1])
+    supplied = last.supplied_power + dot(v.supply, v.acceleration)
+    last = with_forces(last, last.normal_force, last.tangential_force, supplied)
     # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
-    rates = quadrature_rates(phase, last, y_new[d : 2 * d], w)
-    for i in range(QUADRATURES):
-        after.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
+    rates_into(arrays, phase, last, y_new[d : 2 * d], w, after.rates)
+    after.rates[DAMPING_LOSS] = 0.0
+    for i in range(after.rates.shape[0]):
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
-    _take_applied_impulses(a, h)
+    for k in (NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS):
+        y_new[2 * d + k] = y[2 * d + k]
+    for i in range(contact_count(arrays)):
+        _take_applied_impulses(a, h, i)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, solution.rank_one)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a, h)
-    if rigid or phase.state == STICKING:
-        y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
+    y_new[2 * d + STABILIZATION_LOSS] += _project_constraints(arrays, a, h, solution.end)
 
 
 @jitable
-def _take_applied_impulses(a: Attempt, h: float) -> None:
-    """Impulses that the algorithm has applied, so that momentum balances to rounding, and the work they do.
+def _project_constraints(arrays: ContactArrays | None, a: Attempt, h: float, end: Instant) -> float:
+    """Project the state onto the constraints of closed contacts, if there are any; the work done (J)."""
+    phase, w, y_new = a.phase, a.scratch.work, a.scratch.y_new
+    if arrays is not None:
+        return project_sticking(arrays, a.system, phase, a.t + h, w, y_new)
+    if phase.state == STICKING or (phase.state != FREE and not phase.stop.compliant):
+        return _project(a.system, phase, a.t + h, end, w, y_new)
+    return 0.0
 
+
+@jitable
+def _take_applied_impulses(a: Attempt, h: float, i: int) -> None:
+    """Add what contact i contributes: impulses that the algorithm has applied, and the work they do.
+
+    With the applied impulses momentum balances to rounding.
     The force is singular where a rigid contact of a damped beam begins, and jumps where one without inertia does:
     the trapezoidal sum of its power is no loss.  Friction takes the applied impulse times the mean slip velocity;
     the dashpot of a contact point without inertia that times the change of the gap, less what its spring stores.
     By how much the work of the mean forces, that of `_dissipation`, differs is the scheme's.
     """
-    phase, c, y, y_new, d = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.forces.shape[0]
-    before, after, scale = algorithm_state(y, d), algorithm_state(y_new, d), 1.0 / (1.0 - c.alpha_m)
-    for k in range(2):
-        mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
-        after.averaged[k] = scale * (mean - c.alpha_m * before.averaged[k])
-        applied = h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k])
-        place = 2 * d + (NORMAL_IMPULSE if k == 0 else TANGENTIAL_IMPULSE)
-        y_new[place] = y[place] + applied
-    normal = y_new[2 * d + NORMAL_IMPULSE] - y[2 * d + NORMAL_IMPULSE]
-    tangential = y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE]
-    slip_rate = 0.5 * (before.memory[SLIP_RATE] + after.memory[SLIP_RATE])
-    along = 0.5 * h * (before.forces[1] + after.forces[1])
-    y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] - tangential * slip_rate
-    work = along * _of_displacement(c, before, after, SLIP_RATE)
-    y_new[2 * d + STABILIZATION_LOSS] += tangential * slip_rate - work
+    arrays, c, y, y_new = a.phase.arrays, a.c, a.y, a.scratch.y_new
+    d, phase = a.scratch.work.vectors.forces.shape[0], contact_phase(a.phase.arrays, a.phase, i)
+    before, after = algorithm_state(arrays, y, d), algorithm_state(arrays, y_new, d)
+    normal = _applied(c, before, after, h, 2 * i)
+    tangential = _applied(c, before, after, h, 2 * i + 1)
+    slip_rate = 0.5 * (before.memory[MEMORY * i + SLIP_RATE] + after.memory[MEMORY * i + SLIP_RATE])
+    along = 0.5 * h * (before.forces[2 * i + 1] + after.forces[2 * i + 1])
+    friction = -tangential * slip_rate
+    y_new[2 * d + NORMAL_IMPULSE] += normal
+    y_new[2 * d + TANGENTIAL_IMPULSE] += tangential
+    y_new[2 * d + FRICTION_LOSS] += friction
+    _add_to_contact(arrays, y[2 * d :], y_new[2 * d :], i, normal, tangential, friction)
+    work = along * _of_displacement(c, before, after, MEMORY * i + SLIP_RATE)
+    y_new[2 * d + STABILIZATION_LOSS] += -friction - work
     if phase.stop.massless:
         gap_rate = _of_displacement(c, before, after, GAP_RATE)
         applied = normal - phase.residual.tilt * tangential
@@ -97,6 +118,31 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
         y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] - applied * gap_rate - stored
         excess = applied - 0.5 * h * (before.forces[0] + after.forces[0]) + phase.residual.tilt * along
         y_new[2 * d + STABILIZATION_LOSS] += excess * gap_rate
+
+
+@jitable
+def _applied(c: Coefficients, before: AlgorithmState, after: AlgorithmState, h: float, k: int) -> float:
+    """Impulse (N s) that the algorithm has applied by the contact force number k; keeps its average."""
+    mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
+    after.averaged[k] = 1.0 / (1.0 - c.alpha_m) * (mean - c.alpha_m * before.averaged[k])
+    return float(h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k]))
+
+
+@jitable
+def _add_to_contact(
+    arrays: ContactArrays | None,
+    before: Array,
+    after: Array,
+    i: int,
+    normal: float,
+    tangential: float,
+    friction: float,
+) -> None:
+    """Set impulses (N s) and loss by friction (J) of one of several contacts among the quadratures."""
+    if arrays is not None:
+        own = QUADRATURES + OF_A_CONTACT * i
+        after[own], after[own + 1] = before[own] + normal, before[own + 1] + tangential
+        after[own + 2] = before[own + 2] + friction
 
 
 @inlined
@@ -146,7 +192,7 @@ def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: A
     """
     d, v, done = w.vectors.forces.shape[0], w.vectors, 0.0
     forces, normal_response, tangential_response = v.forces, v.normal_response, v.tangential_response
-    normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.stick.slip)
+    normal, tangential = _corrections(phase, c, c.gap, drift_of(phase.stick, c))
     normal += phase.residual.tilt * tangential
     for i in range(d):
         move = normal * normal_response[i] + tangential * tangential_response[i]
@@ -170,7 +216,8 @@ def _dissipation(a: Attempt, h: float, rank_one: float) -> float:
     s, y, y_new, w = a.scratch, a.y, a.scratch.y_new, a.scratch.work
     d, v = w.vectors.forces.shape[0], w.vectors
     product_a, product_b = v.product_a, v.product_b
-    before, after = algorithm_state(y, d), algorithm_state(y_new, d)
+    arrays = a.phase.arrays
+    before, after = algorithm_state(arrays, y, d), algorithm_state(arrays, y_new, d)
     for i in range(d):
         s.at[i] = 0.5 * (y[d + i] + y_new[d + i])
         s.at[d + i] = 0.5 * (before.acceleration[i] + after.acceleration[i])

@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import OK, accelerate
-from oblique_impact.contact.state import Instant, Phase
+from oblique_impact.contact.forces import OK
+from oblique_impact.contact.several import contact_at, contact_count, solve_contacts
+from oblique_impact.contact.state import ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace, copy
 from oblique_impact.marching.buffers import Scratch
-from oblique_impact.marching.equations import DAMPING_LOSS, QUADRATURES, quadrature_rates
+from oblique_impact.marching.equations import DAMPING_LOSS, OF_A_CONTACT, QUADRATURES, rates_into
 
 
 class Coefficients(NamedTuple):
@@ -68,44 +69,52 @@ def step_length(c: Coefficients, h: float) -> StepLength:
 
 
 class AlgorithmState(NamedTuple):
-    """State of the scheme from step to step, kept behind the quadratures of the state vector."""
+    """State of the scheme from step to step, of n contacts, kept behind the quadratures of the state vector."""
 
-    reported: Array  # (d + 2,) acceleration and contact forces of the algorithm's own mean
+    reported: Array  # (d + 2 n,) acceleration and contact forces of the algorithm's own mean
     acceleration: Array  # (d,) q''
     algorithmic: Array  # (d,) a
-    forces: Array  # (2,) contact forces (N) at the end of the step
-    averaged: Array  # (2,) as the algorithm averages them
-    rates: Array  # (7,) of the quadratures
-    memory: Array  # (6,) see the names below
+    forces: Array  # (2 n,) contact forces (N) at the end of the step
+    averaged: Array  # (2 n,) as the algorithm averages them
+    rates: Array  # of the quadratures
+    memory: Array  # (6 n,) of each contact, see the names below
 
 
 # lag of the reported forces (s), slip velocity (m/s), rates of the two means (N/s), gap (m), gap rate (m/s)
-
-
 LAG, SLIP_RATE, MEAN_RATES, GAP, GAP_RATE = 0, 1, 2, 4, 5
-_MEMORY = 6
+MEMORY = 6
 UNKNOWN = 1e300  # a rate of which nothing is known yet
 
 
-def algorithm_state_size(d: int) -> int:
+def algorithm_state_size(d: int, contacts: int, quadratures: int) -> int:
     """Entries of :class:`AlgorithmState` for d degrees of freedom."""
-    return 3 * d + 2 + 2 + 2 + QUADRATURES + _MEMORY
+    return 3 * d + (6 + MEMORY) * contacts + quadratures
 
 
 @inlined
-def algorithm_state(y: Array, d: int) -> AlgorithmState:
+def quadrature_count(arrays: ContactArrays | None) -> int:
+    """Return the number of quadratures: those of the run and, of several contacts, of each."""
+    if arrays is None:
+        return QUADRATURES
+    return QUADRATURES + OF_A_CONTACT * int(arrays.rows.shape[0])
+
+
+@inlined
+def algorithm_state(arrays: ContactArrays | None, y: Array, d: int) -> AlgorithmState:
     """Return the parts of the state vector that the scheme keeps."""
-    a = 2 * d + QUADRATURES
-    b = a + d + 2
+    forces, quadratures = 2 * contact_count(arrays), quadrature_count(arrays)
+    a = 2 * d + quadratures
+    b = a + d + forces
     e = b + 2 * d
+    f = e + 2 * forces + quadratures
     return AlgorithmState(
         y[a:b],
         y[b : b + d],
         y[b + d : e],
-        y[e : e + 2],
-        y[e + 2 : e + 4],
-        y[e + 4 : e + 4 + QUADRATURES],
-        y[e + 4 + QUADRATURES : e + 4 + QUADRATURES + _MEMORY],
+        y[e : e + forces],
+        y[e + forces : e + 2 * forces],
+        y[e + 2 * forces : f],
+        y[f : f + MEMORY * contact_count(arrays)],
     )
 
 
@@ -141,21 +150,31 @@ class Attempt(NamedTuple):
 def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> tuple[int, Instant]:
     """Consistent accelerations and contact forces at the start of a phase into what y keeps."""
     d = w.vectors.forces.shape[0]
-    qd, kept = y[d : 2 * d], algorithm_state(y, d)
-    status, c = accelerate(system, phase, t, y[:d], qd, w)
+    qd, kept = y[d : 2 * d], algorithm_state(phase.arrays, y, d)
+    status, c = solve_contacts(phase.arrays, system, phase, t, y[:d], qd, w)
     if status != OK:
         return status, c
     acceleration = w.vectors.acceleration
     copy(acceleration, kept.reported[:d])
     copy(acceleration, kept.acceleration)
     copy(acceleration, kept.algorithmic)
-    kept.reported[d], kept.reported[d + 1] = c.normal_force, c.tangential_force
-    kept.forces[0], kept.forces[1] = c.normal_force, c.tangential_force
-    kept.averaged[0], kept.averaged[1] = c.normal_force, c.tangential_force
-    kept.memory[LAG], kept.memory[SLIP_RATE] = 0.0, c.slip_rate
-    kept.memory[GAP], kept.memory[GAP_RATE] = c.gap, c.gap_rate
-    kept.memory[MEAN_RATES], kept.memory[MEAN_RATES + 1] = UNKNOWN, UNKNOWN
-    rates = quadrature_rates(phase, c, qd, w)
-    for i in range(QUADRATURES):
-        kept.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
+    for i in range(contact_count(phase.arrays)):
+        at, k = contact_at(phase.arrays, c, i), 2 * i
+        for j in range(2):
+            force = at.normal_force if j == 0 else at.tangential_force
+            kept.reported[d + k + j] = force
+            kept.forces[k + j] = force
+            kept.averaged[k + j] = force
+            kept.memory[MEMORY * i + MEAN_RATES + j] = UNKNOWN
+        keep_kinematics(kept, i, 0.0, at)
+    rates_into(phase.arrays, phase, c, qd, w, kept.rates)
+    kept.rates[DAMPING_LOSS] = 0.0
     return OK, c
+
+
+@jitable
+def keep_kinematics(kept: AlgorithmState, i: int, lag: float, c: Instant) -> None:
+    """Keep the kinematics of contact i at the end of a step, and the lag (s) of its reported forces."""
+    memory = kept.memory[MEMORY * i : MEMORY * (i + 1)]
+    memory[LAG], memory[SLIP_RATE] = lag, c.slip_rate
+    memory[GAP], memory[GAP_RATE] = c.gap, c.gap_rate

@@ -19,15 +19,17 @@ from oblique_impact.contact.forces import (
     can_slide,
     conjugate,
     friction_ratio,
-    inclined,
     moved,
     stop_force,
     stop_tangent,
+    with_forces,
 )
-from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, Instant, Phase
+from oblique_impact.contact.several import contact_at, contact_count, contact_phase, keep_forces
+from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Evaluation, Workspace, dot
+from oblique_impact.kernels.workspace import Array, Workspace, dot
 from oblique_impact.marching.advance import FAILED_ITERATION, UNBOUNDED
+from oblique_impact.marching.alpha_contacts import add_forces, solve_coupled, touch_all
 from oblique_impact.marching.alpha_state import (
     Attempt,
     StepLength,
@@ -64,23 +66,25 @@ class Solution(NamedTuple):
 
 
 @jitable
-def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -> Instant:
-    """Return the contact of an iteration, with the Delassus entries of the effective matrix."""
-    v = w.vectors
+def _responding(phase: Phase, c: Instant, w: Workspace) -> Instant:
+    """Return the contact of an iteration with the Delassus entries of the effective matrix."""
+    v, tilt = w.vectors, phase.residual.tilt
+    a_nn, a_nt = dot(v.normal_row, v.normal_response), dot(v.normal_row, v.tangential_response)
+    a_tt = dot(v.tangential_row, v.tangential_response)
     return Instant(
-        e.gap,
-        e.slip,
-        e.gap_rate,
-        e.slip_rate,
-        dot(v.normal_row, v.normal_response),
-        dot(v.normal_row, v.tangential_response),
-        dot(v.tangential_row, v.tangential_response),
+        c.gap,
+        c.slip,
+        c.gap_rate,
+        c.slip_rate,
+        a_nn,
+        a_nt + tilt * a_nn,
+        a_tt + tilt * (2.0 * a_nt + tilt * a_nn),
         0.0,
         0.0,
-        normal,
-        tangential,
-        e.damping_power,
-        e.supplied_power,
+        c.normal_force,
+        c.tangential_force,
+        c.damping_power,
+        c.supplied_power,
     )
 
 
@@ -97,7 +101,7 @@ def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
 
 
 @jitable
-def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> tuple[int, float, float]:
+def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> tuple[int, Instant]:
     """Newton step of the two contact forces in an iteration, also into increment and residual; its status."""
     v, velocity, push = w.vectors, step.velocity, conjugate(phase, c)
     normal_row, tangential_row, residual, increment = v.normal_row, v.tangential_row, v.residual, v.increment
@@ -117,9 +121,9 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
     if phase.state == SLIDING:
         ratio = friction_ratio(phase, c.slip_rate)
         if phase.stop.compliant and not can_slide(phase, c.slip_rate):
-            return NO_SLIDING_SOLUTION, 0.0, 0.0
+            return NO_SLIDING_SOLUTION, c
         if not phase.stop.compliant and not c.a_nn + ratio * c.a_nt > 0.0:
-            return NO_SLIDING_SOLUTION, 0.0, 0.0
+            return NO_SLIDING_SOLUTION, c
         tilt = 1.0 + phase.residual.tilt * ratio
         viscous = phase.friction.slope * tilt * tilt * push * velocity
         t1, t2 = -ratio - viscous * c.a_nt, 1.0 - viscous * c.a_tt
@@ -128,20 +132,21 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
         t1, t2, t3 = velocity * c.a_nt, velocity * c.a_tt, -c.slip_rate - velocity * tangential
     determinant = n1 * t2 - n2 * t1
     if determinant == 0.0:
-        return NO_STICKING_SOLUTION, 0.0, 0.0
+        return NO_STICKING_SOLUTION, c
     dt = (n1 * t3 - n3 * t1) / determinant
     dn = (n3 * t2 - n2 * t3) / determinant + phase.residual.tilt * dt
     for i in range(v.forces.shape[0]):
         increment[i] += dn * normal_response[i] + dt * tangential_response[i]
         residual[i] += dn * normal_row[i] + dt * tangential_row[i]
-    return OK, dn, dt
+    return OK, with_forces(c, c.normal_force + dn, c.tangential_force + dt, c.supplied_power)
 
 
 @jitable
 def _predict(a: Attempt, h: float, unchanged: float) -> None:
     """Position and velocity for an acceleration q'' that is this part of the one before."""
     c, y, y_new, d = a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.forces.shape[0]
-    before, after = algorithm_state(y, d), algorithm_state(y_new, d)
+    arrays = a.phase.arrays
+    before, after = algorithm_state(arrays, y, d), algorithm_state(arrays, y_new, d)
     for i in range(d):
         kept, a0 = unchanged * before.acceleration[i], before.algorithmic[i]
         a1 = ((1.0 - c.alpha_f) * kept + c.alpha_f * kept - c.alpha_m * a0) / (1.0 - c.alpha_m)
@@ -150,15 +155,73 @@ def _predict(a: Attempt, h: float, unchanged: float) -> None:
         after.acceleration[i] = kept
 
 
+# what an iteration asks of one contact or of several; the compiler drops one of the two branches
+
+
 @jitable
-def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -> float:
+def _take_residual(
+    arrays: ContactArrays | None, a: Attempt, t: float, end: Instant, q: Array, qd: Array, qdd: Array
+) -> tuple[float, Instant]:
+    """Take the residual without contact forces and the rows of closed contacts; forces stay those of `end`."""
+    system, phase, w = a.system, a.phase, a.scratch.work
+    if arrays is None:
+        e = system.take_residual(t, q, qd, qdd, phase.state != FREE, w)
+        supplied, tilt = e.supplied_power, phase.residual.tilt
+        return e.rank_one, moved(end, e, end.normal_force, end.tangential_force, supplied, tilt)
+    e = system.take_residual(t, q, qd, qdd, False, w)
+    return e.rank_one, touch_all(arrays, system, phase, t, q, qd, w, e)
+
+
+@jitable
+def _approach(arrays: ContactArrays | None, a: Attempt, t: float, end: Instant, q: Array, qd: Array) -> Instant:
+    """Contact at (q, q'), forces as in `end`."""
+    system, phase, w = a.system, a.phase, a.scratch.work
+    e = system.approach(t, q, qd, phase.state != FREE, w)
+    if arrays is None:
+        supplied, tilt = e.supplied_power, phase.residual.tilt
+        return moved(end, e, end.normal_force, end.tangential_force, supplied, tilt)
+    return touch_all(arrays, system, phase, t, q, qd, w, e)
+
+
+@jitable
+def _add_contacts(arrays: ContactArrays | None, phase: Phase, c: Instant, w: Workspace) -> float:
     """Add the contact forces to the residual; its norm."""
     v = w.vectors
     normal_row, tangential_row, residual = v.normal_row, v.tangential_row, v.residual
-    if phase.state != FREE:
+    if arrays is not None:
+        add_forces(arrays, residual)
+    elif phase.state != FREE:
         for i in range(v.forces.shape[0]):
-            residual[i] += normal * normal_row[i] + tangential * tangential_row[i]
+            residual[i] += c.normal_force * normal_row[i] + c.tangential_force * tangential_row[i]
     return float(np.sqrt(dot(residual, residual)))
+
+
+@jitable
+def _largest_defect(arrays: ContactArrays | None, phase: Phase, c: Instant, velocity: float) -> float:
+    """Return the largest residual (m/s) of the contact laws."""
+    if phase.state == FREE:
+        return 0.0
+    largest = 0.0
+    for i in range(contact_count(arrays)):
+        own = contact_phase(arrays, phase, i)
+        if own.state != FREE:
+            largest = max(largest, _contact_defect(own, contact_at(arrays, c, i), velocity))
+    return largest
+
+
+@jitable
+def _solve_effective(
+    arrays: ContactArrays | None, a: Attempt, end: Instant, rank_one: float, slot: int, step: StepLength
+) -> tuple[int, Instant]:
+    """Solve for the increment of an iteration with the contact forces; status and contact with its forces."""
+    phase, w = a.phase, a.scratch.work
+    if arrays is not None:
+        return solve_coupled(arrays, a.system, phase, rank_one, slot, step, w), end
+    contact = phase.state != FREE
+    a.system.solve_effective(rank_one, w, slot, contact)
+    if not contact:
+        return OK, end
+    return _contact_step(phase, _responding(phase, end, w), w, step)
 
 
 @jitable
@@ -182,21 +245,22 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
     """Iterate to the end of a step, from this part of the acceleration and the forces at its start."""
     system, phase, t, s, w, iterations = a.system, a.phase, a.t, a.scratch, a.scratch.work, a.iterations
     d, y_new, v, tolerance = w.vectors.forces.shape[0], s.y_new, w.vectors, a.c.tolerance
-    residual, increment = v.residual, v.increment
-    step, contact = step_length(a.c, h), phase.state != FREE
-    q, qd, qdd = y_new[:d], y_new[d : 2 * d], algorithm_state(y_new, d).acceleration
+    residual, increment, arrays = v.residual, v.increment, phase.arrays
+    step = step_length(a.c, h)
+    q, qd, qdd = y_new[:d], y_new[d : 2 * d], algorithm_state(arrays, y_new, d).acceleration
     _predict(a, h, unchanged)
-    forces = algorithm_state(a.y, d).forces
-    normal, tangential = (unchanged * forces[0], unchanged * forces[1]) if contact else (0.0, 0.0)
+    forces, end = algorithm_state(arrays, a.y, d).forces, NO_CONTACT
+    for i in range(contact_count(arrays)):
+        if contact_phase(arrays, phase, i).state != FREE:
+            end = keep_forces(arrays, end, i, unchanged * forces[2 * i], unchanged * forces[2 * i + 1])
     iterations.contraction[slot] = -1.0 if stale else _FADING * iterations.contraction[slot]
     iterations.rounded[slot] = 0.0 if stale else iterations.rounded[slot] / _FADING
-    closed, end = _CLOSED * s.tolerances.velocity, NO_CONTACT
+    closed = _CLOSED * s.tolerances.velocity
     change, before, rank_one = np.inf, 0.0, 0.0
     least, flat = np.inf, 0
     for iteration in range(_MOST_ITERATIONS):
-        e = system.take_residual(t + h, q, qd, qdd, contact, w)
-        rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power, phase.residual.tilt)
-        left = _add_contact(phase, normal, tangential, w)
+        rank_one, end = _take_residual(arrays, a, t + h, end, q, qd, qdd)
+        left = _add_contacts(arrays, phase, end, w)
         if iteration == 0:
             if not system.factor_effective(t + h, q, step.velocity, step.position, w, slot, stale):
                 return Solution(MASS_NOT_POSITIVE, end, rank_one)
@@ -211,21 +275,15 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
                 rounding = _FLAT_ROUNDING if flat >= _FLAT_ITERATIONS else _ROUNDING
                 accurate = change <= rounding * tolerance
                 iterations.rounded[slot] = _ALIKE * left if accurate else 0.0
-            if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
-                if not contact and phase.surface.enabled:
-                    e = system.approach(t + h, q, qd, contact, w)
-                    end = moved(end, e, 0.0, 0.0, e.supplied_power)
+            if accurate and _largest_defect(arrays, phase, end, step.velocity) <= closed:
+                if phase.state == FREE and phase.surface.enabled:
+                    end = _approach(arrays, a, t + h, end, q, qd)
                 return Solution(OK, end, rank_one)
             if not left < UNBOUNDED:
                 return Solution(NOT_CONVERGED, end, rank_one)
-        system.solve_effective(rank_one, w, slot, contact)
-        if contact:
-            end = inclined(phase, _responding(e, w, normal, tangential))
-            status, pressing, along = _contact_step(phase, end, w, step)
-            if status != OK:
-                return Solution(status, end, rank_one)
-            normal += pressing
-            tangential += along
+        status, end = _solve_effective(arrays, a, end, rank_one, slot, step)
+        if status != OK:
+            return Solution(status, end, rank_one)
         before = left
         change = step.velocity * np.sqrt(abs(dot(increment, residual)))
         for i in range(d):
@@ -236,8 +294,7 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
         fallen = left <= iterations.rounded[slot] and change <= _ROUNDING * tolerance
         if fallen or 0.0 < change * iterations.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
-            e = system.approach(t + h, q, qd, contact, w)
-            end = moved(end, e, normal, tangential, e.supplied_power, phase.residual.tilt)
-            if not contact or _contact_defect(phase, end, step.velocity) <= closed:
+            end = _approach(arrays, a, t + h, end, q, qd)
+            if _largest_defect(arrays, phase, end, step.velocity) <= closed:
                 return Solution(OK, end, rank_one)
     return Solution(NOT_CONVERGED, end, rank_one)

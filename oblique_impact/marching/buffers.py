@@ -103,8 +103,8 @@ def arm(phase: Phase, scratch: Scratch, initial: Array) -> None:
 
     `initial` (5 n,) are the guards of n contacts at the start of the phase.
     """
-    guards, several = scratch.guards, phase.several
-    states = [phase] if several is None else [phase_of(phase, several, i) for i in range(len(several.rows))]
+    guards, arrays = scratch.guards, phase.arrays
+    states = [phase] if arrays is None else [phase_of(phase, arrays, i) for i in range(len(arrays.rows))]
     thresholds = np.concatenate([_thresholds(state, scratch.tolerances) for state in states])
     guards.armed[:] = initial > thresholds
     # one that starts below zero, by rounding, has not fallen yet

@@ -11,7 +11,7 @@ import numpy as np
 
 from oblique_impact.contact.forces import conjugate, stop_force
 from oblique_impact.contact.several import instant_at, phase_of, solve_contacts
-from oblique_impact.contact.state import FREE, Instant, Phase, Several
+from oblique_impact.contact.state import FREE, ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import Array, Workspace, dot
 
@@ -73,26 +73,28 @@ def contact_losses(phase: Phase, c: Instant) -> tuple[float, float]:
 
 
 @jitable
-def _rates_into(several: Several | None, phase: Phase, c: Instant, qd: Array, w: Workspace, rates: Array) -> None:
+def rates_into(
+    arrays: ContactArrays | None, phase: Phase, c: Instant, qd: Array, w: Workspace, rates: Array
+) -> None:
     """Put the rates of the quadratures into `rates`; the compiler drops one of the two branches."""
-    if several is None:
+    if arrays is None:
         found = quadrature_rates(phase, c, qd, w)
         for i in range(QUADRATURES):
             rates[i] = found[i]
     else:
-        _rates_of_several(several, phase, c, qd, rates)
+        _rates_of_each(arrays, phase, c, qd, rates)
 
 
 @jitable
-def _rates_of_several(several: Several, phase: Phase, c: Instant, qd: Array, rates: Array) -> None:
+def _rates_of_each(arrays: ContactArrays, phase: Phase, c: Instant, qd: Array, rates: Array) -> None:
     for k in range(rates.shape[0]):
         rates[k] = 0.0
     rates[DAMPING_LOSS], rates[SUPPLIED] = c.damping_power, c.supplied_power
-    for i in range(several.rows.shape[0]):
-        p = phase_of(phase, several, i)
+    for i in range(arrays.rows.shape[0]):
+        p = phase_of(phase, arrays, i)
         if p.state == FREE:
             continue
-        at, own = instant_at(several, i), QUADRATURES + OF_A_CONTACT * i
+        at, own = instant_at(arrays, i), QUADRATURES + OF_A_CONTACT * i
         friction = -at.tangential_force * at.slip_rate
         stabilization, stop = contact_losses(p, at)
         rates[NORMAL_IMPULSE] += at.normal_force
@@ -100,7 +102,7 @@ def _rates_of_several(several: Several, phase: Phase, c: Instant, qd: Array, rat
         rates[FRICTION_LOSS] += friction
         rates[STABILIZATION_LOSS] += stabilization
         rates[STOP_LOSS] += stop
-        rates[SUPPLIED] += boundary_power(p, at, qd, several.directions[i, 0], several.directions[i, 1])
+        rates[SUPPLIED] += boundary_power(p, at, qd, arrays.directions[i, 0], arrays.directions[i, 1])
         rates[own], rates[own + 1] = at.normal_force, at.tangential_force
         rates[own + 2], rates[own + 3] = friction, stop
 
@@ -110,14 +112,14 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: 
     """Time derivative of y in `phase` into `dy`; returns the status and the solution of the contact problem."""
     d = w.vectors.forces.shape[0]
     q, qd = y[:d], y[d : 2 * d]
-    status, c = solve_contacts(phase.several, system, phase, t, q, qd, w)
+    status, c = solve_contacts(phase.arrays, system, phase, t, q, qd, w)
     if status != 0:
         return status, c
     acceleration = w.vectors.acceleration
     for i in range(d):
         dy[i] = qd[i]
         dy[d + i] = acceleration[i]
-    _rates_into(phase.several, phase, c, qd, w, dy[2 * d :])
+    rates_into(phase.arrays, phase, c, qd, w, dy[2 * d :])
     return status, c
 
 

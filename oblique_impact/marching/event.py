@@ -90,7 +90,7 @@ def _land(
         status, c, _ = take_stages(system, phase, t, y, length, 1, STAGES, K, s.work, s.y_new)
         if status != 0 or trial == _CORRECTIONS:
             return status, length
-        guards_into(phase.several, phase, c, s.guards.at)
+        guards_into(phase.arrays, phase, c, s.guards.at)
         value = raised(s.guards.at[guard], guard, s.guards)
         if trial > 0 and length != last_length:
             rate = (value - last_value) / (length - last_length)

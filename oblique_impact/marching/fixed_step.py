@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import OK, can_stick
-from oblique_impact.contact.several import felt, instant_at, phase_of
+from oblique_impact.contact.several import coupled_instant, instant_at, phase_of
 from oblique_impact.contact.state import (
     END,
     FREE,
@@ -24,9 +24,9 @@ from oblique_impact.contact.state import (
     SLIDING,
     SWITCHED,
     UPPER,
+    ContactArrays,
     Instant,
     Phase,
-    Several,
 )
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.jit import jitable
@@ -65,22 +65,22 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
 
 @jitable
 def _fallen_of(
-    several: Several | None, phase: Phase, c: Instant, stopping_time: float, rounding: float, s: Scratch
+    arrays: ContactArrays | None, phase: Phase, c: Instant, stopping_time: float, rounding: float, s: Scratch
 ) -> int:
     """Guard that fell, of several contacts the first of them; a switch of contact i has the number 5 n + i."""
-    if several is None:
+    if arrays is None:
         return _fallen(phase, c, stopping_time, rounding)
-    return _first_fallen(several, phase, stopping_time, rounding, s)
+    return _first_fallen(arrays, phase, stopping_time, rounding, s)
 
 
 @jitable
-def _first_fallen(several: Several, phase: Phase, stopping_time: float, rounding: float, s: Scratch) -> int:
+def _first_fallen(arrays: ContactArrays, phase: Phase, stopping_time: float, rounding: float, s: Scratch) -> int:
     """Return the guard of the first contact of which one fell; keeps the largest force and depth of each."""
-    count, largest, first = several.rows.shape[0], s.guards.largest, NO_GUARD
+    count, largest, first = arrays.rows.shape[0], s.guards.largest, NO_GUARD
     for i in range(count):
-        p, at = phase_of(phase, several, i), instant_at(several, i)
+        p, at = phase_of(phase, arrays, i), instant_at(arrays, i)
         if p.state != FREE:
-            at = felt(several, i)
+            at = coupled_instant(arrays, i)
             largest[0, i] = max(largest[0, i], at.normal_force)
             largest[1, i] = max(largest[1, i], -at.gap)
         guard = _fallen(p, at, stopping_time, rounding)
@@ -130,7 +130,7 @@ class FixedStepper(NamedTuple):
         status, c = derivative(self.system, self.phase, t, y, s.work, self.K[0])
         guard, phase = NO_GUARD, self.phase
         if status == OK:
-            guard = _fallen_of(phase.several, phase, c, self.stopping_time, s.tolerances.velocity, s)
+            guard = _fallen_of(phase.arrays, phase, c, self.stopping_time, s.tolerances.velocity, s)
         if status == OK and guard == NO_GUARD:
             keep_sample(t, y, self.limits, s.samples)
         return Step(status, True, t, step.proposed, guard, c.gap, c.normal_force, -c.gap)

@@ -16,7 +16,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import OK, friction_ratio, guards_of, stop_force, with_forces
-from oblique_impact.contact.state import FREE, GUARDS, LOWER, NORMAL, STICKING, UPPER, Instant, Phase
+from oblique_impact.contact.several import (
+    contact_at,
+    contact_count,
+    contact_phase,
+    instant_at,
+    keep_forces,
+    phase_of,
+)
+from oblique_impact.contact.state import (
+    FREE,
+    GUARDS,
+    LOWER,
+    NORMAL,
+    STATE,
+    STICKING,
+    UPPER,
+    ContactArrays,
+    Instant,
+    Phase,
+)
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
@@ -26,6 +45,8 @@ from oblique_impact.marching.alpha_state import (
     GAP,
     LAG,
     MEAN_RATES,
+    MEMORY,
+    AlgorithmState,
     Attempt,
     Coefficients,
     Iterations,
@@ -63,18 +84,19 @@ class Cut(NamedTuple):
 @jitable
 def _of_force(phase: Phase, guard: int) -> bool:
     """Whether a guard is a function of the force of a constraint, not of the motion."""
-    if guard == NORMAL:
-        return phase.state != FREE and not phase.stop.compliant
-    return phase.state == STICKING and guard in (LOWER, UPPER)
+    own = contact_phase(phase.arrays, phase, guard // GUARDS)
+    if guard % GUARDS == NORMAL:
+        return own.state != FREE and not own.stop.compliant
+    return own.state == STICKING and guard % GUARDS in (LOWER, UPPER)
 
 
 @jitable
-def _measure(phase: Phase, c: Instant, s: Scratch, row: int) -> None:
-    """Guards at a contact, and the rate of that in flight, into a row of the scratch."""
+def _measure(phase: Phase, c: Instant, s: Scratch, row: int, i: int) -> None:
+    """Guards of contact i in the state `phase`, and the rate of that in flight, into a row of the scratch."""
     guards = guards_of(phase, c)
     for g in range(GUARDS):
-        s.guards.values[row, g] = guards[g]
-    s.guards.slopes[row, NORMAL] = phase.surface.side * c.gap_rate
+        s.guards.values[row, GUARDS * i + g] = guards[g]
+    s.guards.slopes[row, GUARDS * i + NORMAL] = phase.surface.side * c.gap_rate
 
 
 @jitable
@@ -95,18 +117,30 @@ def _extrapolated(
 @jitable
 def _report(a: Attempt, h: float, solution: Solution) -> Solution:
     """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
-    phase, s, end, lag = a.phase, a.scratch, solution.end, a.c.alpha_f * h
+    arrays, end = a.phase.arrays, solution.end
+    for i in range(contact_count(arrays)):
+        phase = contact_phase(arrays, a.phase, i)
+        reported = _report_contact(a, phase, i, h, contact_at(arrays, solution.end, i))
+        end = keep_forces(arrays, end, i, reported.normal_force, reported.tangential_force)
+    return Solution(solution.status, end, solution.rank_one)
+
+
+@jitable
+def _report_contact(a: Attempt, phase: Phase, i: int, h: float, end: Instant) -> Instant:
+    """Keep the forces of contact i, measure its guards, return it with the forces to report."""
+    arrays, s, lag, k = a.phase.arrays, a.scratch, a.c.alpha_f * h, 2 * i
     d = s.work.vectors.forces.shape[0]
-    before, after = algorithm_state(a.y, d), algorithm_state(s.y_new, d)
-    after.forces[0], after.forces[1] = end.normal_force, end.tangential_force
+    before, after = algorithm_state(arrays, a.y, d), algorithm_state(arrays, s.y_new, d)
+    after.forces[k], after.forces[k + 1] = end.normal_force, end.tangential_force
     if phase.state == FREE:
-        _measure(phase, end, s, _END)
-        return solution
-    mean_n = end.normal_force + a.c.alpha_f * (before.forces[0] - end.normal_force)
-    mean_t = end.tangential_force + a.c.alpha_f * (before.forces[1] - end.tangential_force)
-    span = h - lag + before.memory[LAG]
-    normal = _extrapolated(mean_n, float(before.reported[d]), span, lag, before.memory, after.memory, 0)
-    tangential = _extrapolated(mean_t, float(before.reported[d + 1]), span, lag, before.memory, after.memory, 1)
+        _measure(phase, end, s, _END, i)
+        return end
+    mean_n = end.normal_force + a.c.alpha_f * (before.forces[k] - end.normal_force)
+    mean_t = end.tangential_force + a.c.alpha_f * (before.forces[k + 1] - end.tangential_force)
+    known, found = before.memory[MEMORY * i : MEMORY * (i + 1)], after.memory[MEMORY * i : MEMORY * (i + 1)]
+    span, last = h - lag + known[LAG], before.reported[d + k : d + k + 2]
+    normal = _extrapolated(mean_n, float(last[0]), span, lag, known, found, 0)
+    tangential = _extrapolated(mean_t, float(last[1]), span, lag, known, found, 1)
     push = normal
     if phase.stop.compliant:
         push = stop_force(phase.stop, phase.residual, end.gap, end.gap_rate)  # its law to the last digit
@@ -116,8 +150,8 @@ def _report(a: Attempt, h: float, solution: Solution) -> Solution:
         tangential = friction_ratio(phase, end.slip_rate) * push
     if phase.stop.compliant:
         normal = push + phase.residual.tilt * tangential
-    _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END)
-    return Solution(solution.status, with_forces(end, mean_n, mean_t, end.supplied_power), solution.rank_one)
+    _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END, i)
+    return with_forces(end, mean_n, mean_t, end.supplied_power)
 
 
 @jitable
@@ -146,11 +180,26 @@ class _Shorter(NamedTuple):
 def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
     """First guard of a constraint's force that falls in a whole step, and the part of the step where; or 1."""
     first, part = NO_GUARD, 1.0
-    for guard in range(GUARDS):
+    for guard in range(s.guards.armed.shape[0]):
         fa, fb = _raised(s, _START, guard), _raised(s, _END, guard)
         if _of_force(phase, guard) and fb <= 0.0:
             place = fa / (fa - fb) if fa > 0.0 else 0.0
             if first == NO_GUARD or place < part:
+                first, part = guard, place
+    return first, part
+
+
+@jitable
+def _first_dip(phase: Phase, s: Scratch, h: float) -> tuple[int, float]:
+    """Guard of the contact in flight whose gap first dips below zero inside of a step, and where; or NO_GUARD."""
+    first, part, g = NO_GUARD, 1.0, s.guards
+    for i in range(contact_count(phase.arrays)):
+        guard = GUARDS * i + NORMAL
+        own = contact_phase(phase.arrays, phase, i)
+        if own.state == FREE and g.armed[guard] and g.values[_END, guard] > 0.0:
+            ga, gb = g.values[_START, guard], g.values[_END, guard]
+            least, place = cubic_dip(ga, gb, h * g.slopes[_START, guard], h * g.slopes[_END, guard])
+            if place >= 0.0 and least < 0.0 and (first == NO_GUARD or place < part):
                 first, part = guard, place
     return first, part
 
@@ -168,19 +217,19 @@ def _cut(a: Attempt, solution: Solution) -> Cut:
     if first != NO_GUARD:
         length = taken = max(part * h, close)
         solution = _retake(a, length)
-    elif phase.state == FREE and s.guards.armed[NORMAL] and s.guards.values[_END, NORMAL] > 0.0:
-        ga, gb = s.guards.values[_START, NORMAL], s.guards.values[_END, NORMAL]
-        least, place = cubic_dip(ga, gb, h * s.guards.slopes[_START, NORMAL], h * s.guards.slopes[_END, NORMAL])
-        if place >= 0.0 and least < 0.0:
-            taken = place * h
+    else:
+        guard, part = _first_dip(phase, s, h)
+        if guard != NO_GUARD:
+            taken = part * h
             solution = _retake(a, taken)
-            if s.guards.values[_END, NORMAL] <= 0.0:  # else the gap only comes close
+            if s.guards.values[_END, guard] <= 0.0:  # else the gap only comes close
                 length = taken
-    for guard in range(GUARDS):
+    for guard in range(s.guards.armed.shape[0]):
         # each guard of the motion that is found fallen shortens the step
         if solution.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
             fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.guards.thresholds[guard]
-            narrow = (1e-3 if phase.state == FREE else 1.0) * close / h
+            own = contact_phase(phase.arrays, phase, guard // GUARDS)
+            narrow = (1e-3 if own.state == FREE else 1.0) * close / h
             first, length = guard, h * find_fall(_Shorter(a), guard, 0.0, fa, length / h, fb, narrow, low)
             taken = length
             if length <= close:
@@ -195,6 +244,29 @@ def _cut(a: Attempt, solution: Solution) -> Cut:
 def _is_far(phase: Phase, gap: float, near: float) -> bool:
     """Whether the contact point is in flight and not close to the slope."""
     return phase.state == FREE and (not phase.surface.enabled or phase.surface.side * gap > near)
+
+
+@jitable
+def _smallest_gap(arrays: ContactArrays | None, phase: Phase, kept: AlgorithmState) -> float:
+    """Gap (m) at the end of the last step; of several contacts the smallest distance of one in flight."""
+    if arrays is None:
+        return float(kept.memory[GAP])
+    least = 1e300
+    for i in range(arrays.rows.shape[0]):
+        own = phase_of(phase, arrays, i)
+        if own.state == FREE:
+            least = min(least, own.surface.side * kept.memory[MEMORY * i + GAP])
+    return least
+
+
+@jitable
+def _keep_largest(arrays: ContactArrays | None, largest: Array) -> None:
+    """Keep the largest normal force (N) and depth (m) of each of several contacts."""
+    if arrays is not None:
+        for i in range(arrays.rows.shape[0]):
+            if arrays.rows[i, STATE] != FREE:
+                c = instant_at(arrays, i)
+                largest[0, i], largest[1, i] = max(largest[0, i], c.normal_force), max(largest[1, i], -c.gap)
 
 
 class AlphaStepper(NamedTuple):
@@ -218,9 +290,14 @@ class AlphaStepper(NamedTuple):
         for slot in range(stale.shape[0]):
             stale[slot] = True
         if start.taken > 0:
-            return OK, float(algorithm_state(y, work.vectors.forces.shape[0]).memory[GAP])
+            return OK, _smallest_gap(
+                phase.arrays, phase, algorithm_state(phase.arrays, y, work.vectors.forces.shape[0])
+            )
         status, c = start_phase(self.system, phase, start.t, y, work)
-        _measure(phase, c, self.scratch, _START)
+        for i in range(contact_count(phase.arrays)):
+            _measure(
+                contact_phase(phase.arrays, phase, i), contact_at(phase.arrays, c, i), self.scratch, _START, i
+            )
         return status, c.gap
 
     def length(self, gap: float, h: float) -> float:
@@ -233,7 +310,7 @@ class AlphaStepper(NamedTuple):
         slot = FLIGHT_STEP if _is_far(phase, now.gap, self.near) else CONTACT_STEP
         if now.taken < self.first_steps:
             c, slot = self.first, CUT_STEP
-            algorithmic = algorithm_state(y, s.work.vectors.forces.shape[0]).algorithmic
+            algorithmic = algorithm_state(phase.arrays, y, s.work.vectors.forces.shape[0]).algorithmic
             for i in range(algorithmic.shape[0]):
                 algorithmic[i] = 0.0
         attempt = Attempt(self.system, phase, c, now.t, length, y, s, self.iterations)
@@ -251,6 +328,7 @@ class AlphaStepper(NamedTuple):
                 return Step(OK, False, now.t, 0.0, guard, now.gap, 0.0, 0.0)
             end = now.t + length
         finish_step(attempt, length, solution)
+        _keep_largest(phase.arrays, s.guards.largest)
         gap = solution.end.gap
         return Step(OK, True, end, length, guard, gap, solution.end.normal_force, -gap)
 
@@ -258,10 +336,10 @@ class AlphaStepper(NamedTuple):
         """Make the guards at the end of a step those at the start of the next."""
         guards = self.scratch.guards
         if step.guard == NO_GUARD:
-            for g in range(GUARDS):
+            for g in range(guards.armed.shape[0]):
                 guards.armed[g] = guards.armed[g] or guards.values[_END, g] > guards.thresholds[g]
                 guards.values[_START, g] = guards.values[_END, g]
-            guards.slopes[_START, NORMAL] = guards.slopes[_END, NORMAL]
+                guards.slopes[_START, g] = guards.slopes[_END, g]
             keep_sample(step.end, y, self.limits, self.scratch.samples)
         return step
 
@@ -291,9 +369,9 @@ class GeneralizedAlphaScheme(Scheme):
     name = "generalized-alpha"
     order = 2
 
-    def extra_state(self, size: int) -> int:
+    def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
         """Accelerations, contact forces and rates behind the quadratures."""
-        return algorithm_state_size(size)
+        return algorithm_state_size(size, contacts, quadratures)
 
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return min(_STEPS_PER_CALL, max(1, _WORK_PER_CALL // size))
@@ -317,6 +395,7 @@ class GeneralizedAlphaScheme(Scheme):
             before is not None
             and before.state == phase.state == FREE
             and before.surface.side == phase.surface.side
+            and phase.arrays is None  # elastic
         )
         jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
         first_steps = _EULER_STEPS if jumps else 0

@@ -92,9 +92,9 @@ class Run:
         self.record = Record()
         self._report = on_progress
         size = problem.q0.size
-        extra = np.full(problem.scheme.extra_state(size), np.nan)
-        contacts = len(problem.several.places) if problem.several else 0
+        contacts = len(problem.multi_contact.places) if problem.multi_contact else 0
         integrals = np.zeros(QUADRATURES + OF_A_CONTACT * contacts)
+        extra = np.full(problem.scheme.extra_state(size, max(contacts, 1), integrals.size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, integrals, extra])
         self._kept = self._y.size - extra.size  # entries of the state that samples keep, not those of the scheme
         work = problem.system.new_workspace()

@@ -18,7 +18,7 @@ def _no_residual(q: Array) -> Residual:
     return Residual()
 
 
-class SeveralContacts(NamedTuple):
+class MultiContact(NamedTuple):
     """Places of a beam that can touch obstacles, n contacts."""
 
     machines: ContactMachines
@@ -49,4 +49,4 @@ class Problem:
     modes: NormalModes | None = None  # of what is linear in the system
     #: largest deflection along the beam over its length (samples,), of q (samples, d); None: no small deflections
     relative_deflection: Callable[[Array], Array] | None = None
-    several: SeveralContacts | None = None  # the places that can touch, if not one alone
+    multi_contact: MultiContact | None = None  # the places that can touch, if not one alone

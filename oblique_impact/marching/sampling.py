@@ -7,14 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import flying, instant_of, moved, with_forces
+from oblique_impact.contact.several import touch_contacts
 from oblique_impact.contact.state import (
     INSTANT,
     NO_CONTACT,
     NORMAL_FORCE,
+    SLIP_RATE,
     TANGENTIAL_FORCE,
+    ContactArrays,
     Instant,
     Phase,
-    Several,
 )
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
@@ -59,14 +61,39 @@ def contact_problem(system: Any, t: float, q: Array, qd: Array, w: Workspace) ->
 
 
 @jitable
-def _keep_contacts(several: Several | None, undefined: bool, contacts: Array) -> None:
-    """Keep each of several contacts, forces as NaN if there are none; the compiler leaves it out of one."""
-    if several is None:
+def _keep_contacts(arrays: ContactArrays | None, reported: bool, undefined: bool, contacts: Array) -> None:
+    """Keep each of several contacts; the compiler leaves it out of one.
+
+    What a scheme reports are kinematics and forces; `undefined` forces are NaN.
+    """
+    if arrays is None:
         return
     for i in range(contacts.shape[0]):
         for j in range(contacts.shape[1]):
             force = j in (NORMAL_FORCE, TANGENTIAL_FORCE)
-            contacts[i, j] = np.nan if undefined and force else several.instants[i, j]
+            known = not undefined if force else j <= SLIP_RATE or not reported
+            contacts[i, j] = arrays.instants[i, j] if known else np.nan
+
+
+@jitable
+def _reported(
+    arrays: ContactArrays | None,
+    system: Any,
+    phase: Phase,
+    t: float,
+    q: Array,
+    qd: Array,
+    forces: Array,
+    w: Workspace,
+) -> Instant:
+    """Kinematics with the contact forces (2 n,) that a scheme reports."""
+    e, tilt = system.approach(t, q, qd, False, w), phase.residual.tilt
+    if arrays is None:
+        return moved(NO_CONTACT, e, float(forces[0]), float(forces[1]), 0.0, tilt)
+    touch_contacts(arrays, system, phase, t, q, qd, w)
+    for i in range(arrays.rows.shape[0]):
+        arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = forces[2 * i], forces[2 * i + 1]
+    return moved(NO_CONTACT, e, 0.0, 0.0, 0.0)
 
 
 @kernel("the sampling")
@@ -88,33 +115,33 @@ def observe_into(
     rest is NaN.
     """
     system, phase, w = by_reference(system), by_reference(phase), by_reference(w)
-    d = qdd.shape[1]
-    tail = 2 * d + QUADRATURES + OF_A_CONTACT * contacts.shape[1]
+    d, n = qdd.shape[1], contacts.shape[1]
+    tail = 2 * d + QUADRATURES + OF_A_CONTACT * n
     for i in range(times.shape[0]):
-        kept = states.shape[1] > tail and not np.isnan(states[i, tail])
-        if kept:
-            e = system.approach(times[i], states[i, :d], states[i, d : 2 * d], False, w)
-            reported = states[i, tail : tail + d + 2]
-            c = moved(NO_CONTACT, e, float(reported[d]), float(reported[d + 1]), 0.0, phase.residual.tilt)
+        q, qd, undefined = states[i, :d], states[i, d : 2 * d], False
+        reported = states.shape[1] > tail and not np.isnan(states[i, tail])
+        if reported:
+            forces = states[i, tail + d : tail + d + 2 * max(n, 1)]
+            c = _reported(phase.arrays, system, phase, times[i], q, qd, forces, w)
             for j in range(d):
-                qdd[i, j] = reported[j]
+                qdd[i, j] = states[i, tail + j]
         else:
             status, c = derivative(system, phase, times[i], states[i], w, dy)
+            undefined = status != 0
             for j in range(d):
-                qdd[i, j] = dy[d + j] if status == 0 else np.nan
-            kept = status != 0
-            if status != 0:
+                qdd[i, j] = np.nan if undefined else dy[d + j]
+            if undefined:
                 c = with_forces(c, np.nan, np.nan, np.nan)
         for j in range(INSTANT):
-            known = not kept or j < 4 or INSTANT - 4 <= j < INSTANT - 2
+            known = not (reported or undefined) or j < 4 or INSTANT - 4 <= j < INSTANT - 2
             instants[i, j] = c[j] if known else np.nan
-        _keep_contacts(phase.several, kept, contacts[i])
+        _keep_contacts(phase.arrays, reported, undefined, contacts[i])
 
 
 def observe(system: Any, phase: Phase, times: Array, states: Array, w: Workspace) -> Observation:
     """Observe samples: times (samples,) and state vectors (samples, ny)."""
     count, d = times.size, w.vectors.forces.shape[0]
-    contacts = len(phase.several.rows) if phase.several else 0
+    contacts = len(phase.arrays.rows) if phase.arrays else 0
     found = Observation(np.empty((count, d)), np.empty((count, INSTANT)), np.empty((count, contacts, INSTANT)))
     observe_into(system, phase, times, states, w, np.empty(states.shape[1]), *found)
     return found

@@ -57,10 +57,11 @@ class Scheme(ABC):
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
         """Raise InputError if this cannot march; called before a run of a user-defined integrator."""
 
-    def extra_state(self, size: int) -> int:
+    def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
         """Entries of the state vector behind the quadratures, of a system of `size`; NaN as a phase starts.
 
-        The first `size` + 2 of them, if there are any, are the acceleration and the contact forces to report.
+        The first `size` + 2 `contacts` of them, if there are any, are the acceleration and the normal and
+        tangential force of each contact to report.
         """
         return 0
 

@@ -46,7 +46,7 @@ class DenseStep(NamedTuple):
         if not defined:
             return -1.0
         g = self.scratch.guards
-        guards_into(self.phase.several, self.phase, c, g.at)
+        guards_into(self.phase.arrays, self.phase, c, g.at)
         return raised(g.at[guard], guard, g)
 
 
@@ -67,7 +67,7 @@ def _take(step: DenseStep, x: float, shift: float, row: int) -> bool:
         defined, c = _contact_at(step, x + part * shift)
         if not defined:
             return False
-        guards_into(step.phase.several, step.phase, c, g.at)
+        guards_into(step.phase.arrays, step.phase, c, g.at)
         for k in range(g.at.shape[0]):
             if part == 0:
                 g.values[row, k] = g.at[k]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import felt, phase_of
+from oblique_impact.contact.several import coupled_instant, phase_of
 from oblique_impact.contact.simultaneous import ALTERNATING, Change, Group
 from oblique_impact.contact.state import (
     GAP,
@@ -17,10 +17,10 @@ from oblique_impact.contact.state import (
     SLIP,
     STATE,
     TANGENTIAL_FORCE,
+    ContactArrays,
     Instant,
     Phase,
     Residual,
-    Several,
     State,
 )
 from oblique_impact.contact.transitions import AtEnd, ContactProbe, EventKind
@@ -39,7 +39,7 @@ from oblique_impact.marching.equations import (
 )
 from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.probe import Probe
-from oblique_impact.marching.problem import Problem, SeveralContacts
+from oblique_impact.marching.problem import MultiContact, Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Segment
 from oblique_impact.marching.sampling import Observation, observe
 
@@ -47,7 +47,7 @@ from oblique_impact.marching.sampling import Observation, observe
 _JUST_OPENED = 1e3
 
 
-class _FeltProbe:
+class _CoupledProbe:
     """A `ContactProbe` whose instant has the forces of other contacts in it."""
 
     def __init__(self, probe: Probe, instant: Instant) -> None:
@@ -64,10 +64,10 @@ class _FeltProbe:
         return self._probe.slip_rate_ahead()
 
 
-class SeveralProbe:
+class MultiContactProbe:
     """The contact problems of several contacts where a run is, see `oblique_impact.contact.simultaneous`."""
 
-    def __init__(self, run: RunOfSeveral) -> None:
+    def __init__(self, run: MultiContactRun) -> None:
         self._run, self._found = run, dict[int, Probe]()
 
     def of(self, contact: int) -> Probe:
@@ -76,9 +76,9 @@ class SeveralProbe:
             self._found[contact] = self._run.probe_of(contact)
         return self._found[contact]
 
-    def felt(self, contact: int) -> ContactProbe:
+    def coupled(self, contact: int) -> ContactProbe:
         """Return the probe of one closed contact with the present forces of the others."""
-        return _FeltProbe(self.of(contact), felt(self._run.solved, contact))
+        return _CoupledProbe(self.of(contact), coupled_instant(self._run.solved, contact))
 
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> Group:
         """Return the problem of contacts with the velocities that impulses leave."""
@@ -97,21 +97,21 @@ class SeveralProbe:
         return np.sum(jumps, axis=0) if jumps else np.zeros(self._run.problem.q0.size)
 
 
-class RunOfSeveral(Run):
+class MultiContactRun(Run):
     """A run over a problem with several contacts."""
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
         super().__init__(problem, on_progress)
-        assert problem.several is not None
-        self.several: SeveralContacts = problem.several
-        self._phase = self.several.machines.free()
+        assert problem.multi_contact is not None
+        self.contacts: MultiContact = problem.multi_contact
+        self._phase = self.contacts.machines.free()
         self._opened: dict[int, OpenContact] = {}
         self._places: dict[int, tuple[float, float]] = {}  # m, from where to where each open contact has been
         self._left: dict[int, float] = {}  # s, when an impact has opened a contact
-        self._ends = np.array([machine.ends for machine in self.several.machines.machines]).T
+        self._ends = np.array([machine.ends for machine in self.contacts.machines.machines]).T
         self._problems = [
             replace(problem, system=problem.system._replace(place=i), machine=machine)
-            for i, machine in enumerate(self.several.machines.machines)
+            for i, machine in enumerate(self.contacts.machines.machines)
         ]
 
     def probe_of(self, contact: int) -> Probe:
@@ -121,12 +121,12 @@ class RunOfSeveral(Run):
         )
 
     def _state(self, phase: Phase, contact: int) -> Phase:
-        assert phase.several is not None
-        return phase_of(phase, phase.several, contact)
+        assert phase.arrays is not None
+        return phase_of(phase, phase.arrays, contact)
 
     def _begin(self) -> None:
-        probe = SeveralProbe(self)
-        change = self.several.machines.start(self._phase, probe)
+        probe = MultiContactProbe(self)
+        change = self.contacts.machines.start(self._phase, probe)
         if change.events:
             self._sample(self._phase)
         self._change(self._phase, change, probe)
@@ -134,7 +134,7 @@ class RunOfSeveral(Run):
     def _pass_guard(self, guard: int) -> None:
         leaving = self._phase
         self._sample(leaving)
-        probe, t = SeveralProbe(self), self._now.t
+        probe, t = MultiContactProbe(self), self._now.t
         tolerances = self.problem.machine.tolerances
         recent = ALTERNATING * tolerances.time
         lately = [
@@ -142,14 +142,37 @@ class RunOfSeveral(Run):
             for i, left in self._left.items()
             if t - left < recent and abs(probe.of(i).instant.gap) < _JUST_OPENED * tolerances.gap
         ]
-        change = self.several.machines.after_guard(leaving, guard, lately, probe)
+        change = self.contacts.machines.after_guard(leaving, guard, lately, probe)
+        self._hand_over(change, probe)
         self._change(leaving, change, probe)
         self._watch_for_chattering()
         self._enter(leaving)
 
-    def _change(self, leaving: Phase, change: Change, probe: SeveralProbe) -> None:
+    def _hand_over(self, change: Change, probe: MultiContactProbe) -> None:
+        """Let the corner take over from an elastic contact that slides over the end of a side, or that from it.
+
+        A point of the beam at the depth d beyond the end of a side has the corner in the beam, within d of itself
+        and deep by d times the cosine of the angle between beam and side.
+        """
+        contacts, machines = self.contacts, self.contacts.machines.machines
+        for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and contacts.machines.compliant]:
+            own = probe.of(i).instant
+            for j, machine in enumerate(machines):
+                if (contacts.obstacles[j], contacts.on_side[j]) != (
+                    contacts.obstacles[i],
+                    not contacts.on_side[i],
+                ):
+                    continue
+                other = probe.of(j).instant
+                apart = contacts.place(i, own.slip) - contacts.place(j, other.slip)
+                flies = self._state(self._phase, j).state == State.FREE
+                if flies and other.gap < 0.0 and abs(apart) < -own.gap and not machine.is_beyond(other.slip):
+                    change.phases[j] = machine.touch(probe.of(j)).phase
+                    change.events.append((j, EventKind.IMPACT))
+
+    def _change(self, leaving: Phase, change: Change, probe: MultiContactProbe) -> None:
         """Apply impulses, log events, open and close contacts, take the new phase."""
-        machines, d, t = self.several.machines, self.problem.q0.size, self._now.t
+        machines, d, t = self.contacts.machines, self.problem.q0.size, self._now.t
         before = {i: probe.of(i).instant for i in {*change.phases, *change.impulses}}
         impulses = change.impulses | change.arrests
         jump = probe.velocity_jump(impulses)
@@ -163,7 +186,7 @@ class RunOfSeveral(Run):
             self._pass_end_of(i, leaving, how, before[i])
         self._phase = machines.changed(leaving, change.phases)
         self._account_for_penetrations(leaving, change, before)
-        after = SeveralProbe(self) if impulses else probe
+        after = MultiContactProbe(self) if impulses else probe
         struck = dict(change.impulses)
         for i, kind in change.events:
             impulse = struck.pop(i, Impulse(0.0, 0.0, 0.0)) if kind.impulsive else Impulse(0.0, 0.0, 0.0)
@@ -178,8 +201,8 @@ class RunOfSeveral(Run):
                 now.slip_rate,
                 impulse.energy_loss,
                 state,
-                obstacle=self.several.obstacles[i],
-                place=self.several.place(i, was.slip),
+                obstacle=self.contacts.obstacles[i],
+                place=self.contacts.place(i, was.slip),
             )
             self.record.events.append(self._track(i, event, impulse))
             if state == State.FREE and change.impulses:
@@ -189,12 +212,12 @@ class RunOfSeveral(Run):
 
     def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
-        machine = self.several.machines.machines[contact]
+        machine = self.contacts.machines.machines[contact]
         if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
             self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(instant.gap, 0.0))
-        if self.several.on_side[contact] or how is AtEnd.SLIDES_OFF:
+        if self.contacts.on_side[contact] or how is AtEnd.SLIDES_OFF:
             end = min(machine.extent, key=lambda place: abs(place - instant.slip))
-            passage = Passage(self._now.t, how, instant.slip, end, self.several.obstacles[contact])
+            passage = Passage(self._now.t, how, instant.slip, end, self.contacts.obstacles[contact])
             self.record.passages.append(passage)
 
     def _add_to(self, contact: int, normal: float, tangential: float, friction: float, stop: float) -> None:
@@ -204,19 +227,25 @@ class RunOfSeveral(Run):
         self._y[2 * self.problem.q0.size + own :][:OF_A_CONTACT] += added
 
     def _account_for_penetrations(self, leaving: Phase, change: Change, before: Mapping[int, Instant]) -> None:
-        """Charge a fixed step, which notices contacts late, with the energy of stops that it finds or leaves."""
+        """Account for the energy of stops that are found or left compressed.
+
+        It is the scheme's where fixed steps notice contacts late, and the stop's where a contact is handed over.
+        """
         gone = {contact for contact, _ in change.passages}
         for i, state in change.phases.items():
-            law, was = self.several.machines.machines[i].contact_law, self._state(leaving, i).state
+            law, was = self.contacts.machines.machines[i].contact_law, self._state(leaving, i).state
             if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
-                found = -1.0 if was == State.FREE else 1.0
-                self._quadratures()[STABILIZATION_LOSS] += found * law.energy(before[i].gap, 0.0)
+                energy = law.energy(before[i].gap, 0.0)
+                if gone:
+                    self._add_to(i, 0.0, 0.0, 0.0, -energy)
+                else:
+                    self._quadratures()[STABILIZATION_LOSS] += -energy if was == State.FREE else energy
 
     @property
-    def solved(self) -> Several:
+    def solved(self) -> ContactArrays:
         """The contacts as the last sample has solved them, which is that at the present state."""
-        assert self._phase.several is not None
-        return self._phase.several
+        assert self._phase.arrays is not None
+        return self._phase.arrays
 
     def _track(self, contact: int, event: Event, impulse: Impulse) -> Event:
         """Open or close the contact of an event; one that closes it gets the share of its finite force."""
@@ -233,12 +262,12 @@ class RunOfSeveral(Run):
 
     def _close(self, contact: int, place: float) -> Contact:
         """Close a contact at a place (m); returns the share of its finite force."""
-        opened, machine = self._opened.pop(contact), self.several.machines.machines[contact]
+        opened, machine = self._opened.pop(contact), self.contacts.machines.machines[contact]
         whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), machine.contact_law)
         first, last = self._places.pop(contact)
         self.record.contacts.append(
             whole._replace(
-                obstacle=self.several.obstacles[contact],
+                obstacle=self.contacts.obstacles[contact],
                 first_place=min(first, place),
                 last_place=max(last, place),
             )
@@ -247,7 +276,7 @@ class RunOfSeveral(Run):
 
     def _close_contact(self) -> None:
         for i in list(self._opened):
-            self._close(i, self.several.place(i, self.probe_of(i).instant.slip))
+            self._close(i, self.contacts.place(i, self.probe_of(i).instant.slip))
 
     def _own_quadratures(self, contact: int) -> Array:
         """Return the quadratures of one contact alone, (7,)."""
@@ -258,15 +287,15 @@ class RunOfSeveral(Run):
 
     def _stored(self) -> float:
         last, stored = self.record.segments[-1], 0.0
-        for i, machine in enumerate(self.several.machines.machines):
+        for i, machine in enumerate(self.contacts.machines.machines):
             if machine.contact_law is not None and last.each[i] != State.FREE:
                 stored += machine.contact_law.energy(float(last.observation.contacts[-1, i, GAP]), 0.0)
         return stored
 
     def _relative_inertia(self) -> float:
-        assert self._phase.several is not None
-        closed = self._phase.several.rows[:, STATE] != State.FREE
-        return float(np.min(self._phase.several.definite[closed], initial=1.0))
+        assert self._phase.arrays is not None
+        closed = self._phase.arrays.rows[:, STATE] != State.FREE
+        return float(np.min(self._phase.arrays.definite[closed], initial=1.0))
 
     def _keep(self, progress: Progress) -> None:
         super()._keep(progress)
@@ -277,14 +306,14 @@ class RunOfSeveral(Run):
         largest[:] = 0.0
 
     def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
-        several = phase.several
-        assert several is not None
+        arrays = phase.arrays
+        assert arrays is not None
         found = observe(self.problem.system, phase, times, states, self._scratch.work)
-        each, rows = found.contacts, several.rows
+        each, rows = found.contacts, arrays.rows
         for i, opened in self._opened.items():
             opened.peak_force = float(np.fmax.reduce(each[:, i, NORMAL_FORCE], initial=opened.peak_force))
             opened.depth = float(np.fmax.reduce(-each[:, i, GAP], initial=opened.depth))
-            places = [self.several.place(i, slip) for slip in (each[:, i, SLIP].min(), each[:, i, SLIP].max())]
+            places = [self.contacts.place(i, slip) for slip in (each[:, i, SLIP].min(), each[:, i, SLIP].max())]
             first, last = self._places[i]
             self._places[i] = min(first, *places), max(last, *places)
         found = found._replace(instants=_nearest(rows[:, SIDE], self._ends, each, found.instants))

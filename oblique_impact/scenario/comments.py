@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Collection, Mapping
+from functools import cache
 from typing import Any, get_args
 
 import tomlkit
@@ -81,11 +82,18 @@ def commented(model: type[BaseModel], data: dict[str, Any], given: Collection[st
 
     If `given` says which keys ("section.key") a file needs, the others are put behind a "#".
     """
-    document, comments = tomlkit.document(), {path: comment_of(key) for path, key in schemas_of(model).items()}
-    for name, item in item_models(model).items():
-        comments |= {f"{name}.{key}": comment_of(schema) for key, schema in schemas_of(item).items()}
-    _fill(document, data, "", given, comments)
+    document = tomlkit.document()
+    _fill(document, data, "", given, _comments(model))
     return tomlkit.dumps(document)
+
+
+@cache
+def _comments(model: type[BaseModel]) -> dict[str, str]:
+    """Return the comment of each key of a model by "section.key"."""
+    found = {path: comment_of(key) for path, key in schemas_of(model).items()}
+    for name, item in item_models(model).items():
+        found |= {f"{name}.{key}": comment_of(schema) for key, schema in schemas_of(item).items()}
+    return found
 
 
 def _fill(

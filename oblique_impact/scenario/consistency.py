@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from oblique_impact.scenario.obstacles import slope_side
 from oblique_impact.scenario.sections import DiscretizationSection
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.grid", only
     if not s.slope.enabled:
         yield "slope.enabled", f"false {only}; contact.enabled = false is free motion"
-    beyond = not slope_side(s).is_beside(s.initial_slip)
+    beyond = not s.slope_side.is_beside(s.initial_slip)
     if s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
         below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
         yield "initial.angle", f"{below}; the gap should be at least 0"
@@ -87,13 +86,9 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
-    if s.is_absolute:
-        yield "discretization.method", f'should be "modal" or "fem" {several}'
-    if s.is_nodal:
-        yield "discretization.modes", f"should be at least 1 {several}"
-    if s.solver.scheme not in ("event", "fixed-step"):
-        yield "solver.scheme", f'should be "event" or, with contact.normal = "spring", "fixed-step" {several}'
-    if s.solver.scheme == "fixed-step" and s.contact.normal == "rigid":
+    if s.is_nodal and s.contact.normal == "rigid":
+        yield "contact.normal", f'should be "spring" {several} and the full nodal model; or keep modes'
+    if s.solver.scheme != "event" and s.contact.normal == "rigid":
         yield "solver.scheme", f'should be "event" {several} and a rigid stop'
     if s.contact.surface == "section" and _is_tapered(s):
         yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
@@ -188,12 +183,16 @@ def _of_discretization(s: Scenario) -> Iterator[tuple[str, str]]:
     if d.frame == "mean-axis" and s.root.is_moved:
         frame = "the mean-axis frame is for a pin or a hub of radius 0"
         yield "discretization.frame", f'{frame}; use "tangent" for this root'
-    if d.method != "modal" and d.elements < 2 and point < length:
-        yield "discretization.elements", "should be at least 2 with a contact point inside the span"
+    pieces = len({point, length, *s.contact_nodes})
+    if d.method != "modal" and d.elements < pieces:
+        why = f"contact.grid = {s.contact.grid}" if s.contact_nodes else "a contact point inside the span"
+        yield "discretization.elements", f"should be at least {pieces} with {why}"
     if d.nodes and (d.nodes[0] != 0.0 or abs(d.nodes[-1] - length) > ON_NODE * length):
         yield "discretization.nodes", f"should go from 0 to beam.length = {length}, not to {d.nodes[-1]}"
-    if d.nodes and min(abs(x - point) for x in d.nodes) > ON_NODE * length:
-        yield "discretization.nodes", f"none of them is at contact.point = {point}; the contact needs one there"
+    for place in {point: None} | dict.fromkeys(s.contact_nodes):
+        if d.nodes and min(abs(x - place) for x in d.nodes) > ON_NODE * length:
+            where = f"contact.point = {point}" if place == point else f"{place:.6g} m, an end of contact.grid"
+            yield "discretization.nodes", f"none of them is at {where}; the contact needs one there"
 
 
 def _of_solver(s: Scenario) -> Iterator[tuple[str, str]]:

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
+from typing import NamedTuple
 
 
 class Side(NamedTuple):
@@ -61,33 +58,3 @@ class ObstaclePoint(NamedTuple):
         c, s = math.cos(angle), math.sin(angle)
         nearest = min(max(self.x * c + self.y * s, first), last)
         return math.hypot(self.x - nearest * c, self.y - nearest * s)
-
-
-def slope_side(scenario: Scenario) -> Side:
-    """Return the slope as a side, whether it is enabled or not."""
-    slope = scenario.slope
-    return Side(0, slope.origin, slope.angle, slope.extent, scenario.contact.stiffness)
-
-
-def sides_of(scenario: Scenario) -> list[Side]:
-    """Return the sides of a scenario: the slope if it is enabled, then those of the obstacles in their order."""
-    found = [slope_side(scenario)] if scenario.slope.enabled else []
-    for number, item in enumerate(scenario.obstacles, start=1):
-        if item.kind == "side":
-            found.append(Side(number, item.origin, item.angle, item.extent, item.stiffness))
-    return found
-
-
-def points_of(scenario: Scenario) -> list[ObstaclePoint]:
-    """Return pegs and ends of sides in the order of their obstacles; none with one contact point."""
-    if scenario.contact.where == "point":
-        return []
-    found = [
-        ObstaclePoint(side.obstacle, x, y, 0.0, side.stiffness, corner=True)
-        for side in sides_of(scenario)
-        for x, y in side.ends
-    ]
-    for number, item in enumerate(scenario.obstacles, start=1):
-        if item.kind == "point":
-            found.append(ObstaclePoint(number, *item.origin, item.radius, item.stiffness, corner=False))
-    return sorted(found, key=lambda point: point.obstacle)

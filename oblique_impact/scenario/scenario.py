@@ -14,7 +14,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.scenario import consistency, obstacles
+from oblique_impact.scenario import consistency
 from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
@@ -186,7 +186,13 @@ class Scenario(Section):
     @property
     def _initial_gap_and_slip(self) -> tuple[float, float]:
         reach = self.root.hub_radius + self.contact.point
-        return obstacles.slope_side(self).gap_and_place(reach, self.initial.angle, self.half_depth)
+        return self.slope_side.gap_and_place(reach, self.initial.angle, self.half_depth)
+
+    @property
+    def slope_side(self) -> Side:
+        """The slope as a side, whether it is enabled or not."""
+        slope = self.slope
+        return Side(0, slope.origin, slope.angle, slope.extent, self.contact.stiffness)
 
     @property
     def sides(self) -> list[Side]:
@@ -194,12 +200,29 @@ class Scenario(Section):
 
         Whether contact is enabled is not asked.  With ``contact.where = "point"`` it is the slope alone.
         """
-        return obstacles.sides_of(self)
+        others = [
+            Side(number, item.origin, item.angle, item.extent, item.stiffness)
+            for number, item in enumerate(self.obstacles, start=1)
+            if item.kind == "side"
+        ]
+        return [self.slope_side, *others] if self.slope.enabled else others
 
     @property
     def obstacle_points(self) -> list[ObstaclePoint]:
         """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``."""
-        return obstacles.points_of(self)
+        if self.contact.where == "point":
+            return []
+        ends = [
+            ObstaclePoint(side.obstacle, x, y, 0.0, side.stiffness, corner=True)
+            for side in self.sides
+            for x, y in side.ends
+        ]
+        pegs = [
+            ObstaclePoint(number, *item.origin, item.radius, item.stiffness, corner=False)
+            for number, item in enumerate(self.obstacles, start=1)
+            if item.kind == "point"
+        ]
+        return sorted([*ends, *pegs], key=lambda point: point.obstacle)
 
     @property
     def beam_points(self) -> tuple[float, ...]:
@@ -208,6 +231,14 @@ class Scenario(Section):
             return (self.contact.point,)
         parts = self.contact.grid
         return tuple(self.beam.length * (number / parts) for number in range(1, parts + 1))
+
+    @property
+    def contact_nodes(self) -> tuple[float, ...]:
+        """Places (m along the beam) where the exact beam needs nodes besides contact.point: those on sides."""
+        if not self.is_absolute or not self.sides:
+            return ()
+        near = consistency.ON_NODE * self.beam.length
+        return tuple(x for x in self.beam_points if abs(x - self.contact.point) > near)
 
     @property
     def initial_angular_velocity(self) -> float:

@@ -28,7 +28,8 @@ def frames(history: History, course: TimeMap) -> Integers:
     events = np.array([event.time for event in evenly(history.events)])
     found = [np.searchsorted(course.film_at(times), np.linspace(0.0, course.duration, FRAMES))]
     found += [first_sample(times, events), last_sample(times, events)]
-    found.append(np.nan_to_num(np.abs(history["bending_stress"].values)).max(axis=1).argmax(keepdims=True))
+    stress = history.section_forces()["bending_stress"].values
+    found.append(np.nan_to_num(np.abs(stress)).max(axis=1).argmax(keepdims=True))
     for collision in history.summary["macro_collisions"]:
         start, stop = np.searchsorted(times, [collision["start"], collision["end"]])
         found.append(start + force[start : stop + 1].argmax(keepdims=True))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, bent_axis, fit_shapes, touch_peg
+from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, fit_shapes, touch_peg
+from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels.workspace import Array, Vectors
@@ -27,9 +28,30 @@ def _elements() -> AxisShapes:
     return fit_shapes(lambda x: nodal.evaluate(x)[0] @ modes, nodal.nodes, 3)
 
 
-@pytest.fixture(params=[_modal, _elements], ids=["modes", "elements"])
-def shapes(request: pytest.FixtureRequest) -> AxisShapes:
+def _nodes() -> HermiteShapes:
+    """Return the nodes of a mesh, of which two elements have as many coordinates as there are modes."""
+    return HermiteShapes(np.array([0.0, 0.4, 1.0]))
+
+
+@pytest.fixture(params=[_modal, _elements, _nodes], ids=["modes", "modes of elements", "all nodes"])
+def shapes(request: pytest.FixtureRequest) -> AxisShapes | HermiteShapes:
     return request.param()
+
+
+@pytest.mark.parametrize("x", [0.0, 0.2, 0.5, 0.9, 1.0, 1.1])
+def test_axis_of_all_nodes_is_that_of_shape_functions_of_the_mesh(x: float) -> None:
+    nodal = NodalBeam.from_scenario(Scenario.builtin("tapered", ["discretization.elements=9"]))
+    free, rng = nodal.free_dofs("hinged"), np.random.default_rng(2)
+    B, Bd = 0.01 * rng.standard_normal((2, free.size))
+    wanted = fit_shapes(lambda x: nodal.evaluate(x)[0].toarray()[:, free], nodal.nodes, 3)
+    found, kept = HermiteShapes(nodal.nodes), [Vectors.new(free.size + 1) for _ in range(2)]
+    axes = [shapes.bent_axis(x, B, v.polynomial) for shapes, v in zip((found, wanted), kept, strict=True)]
+    np.testing.assert_allclose(axes[0], axes[1], rtol=1e-11, atol=1e-14)
+    rates = [s.take_shapes(a, B, Bd, v) for s, a, v in zip((found, wanted), axes, kept, strict=True)]
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-11, atol=1e-14)
+    for name in ("scratch_a", "scratch_b", "shortening_product"):
+        a, b = (getattr(v, name)[1:] for v in kept)
+        np.testing.assert_allclose(a, b, rtol=1e-10, atol=1e-13)
 
 
 def _bent(rng: np.random.Generator) -> Array:
@@ -44,7 +66,7 @@ def test_axis_of_eigenfunctions_is_theirs() -> None:
     B[:] = 0.01 * rng.standard_normal(16) / np.arange(1, 17) ** 2
     z, w = np.polynomial.legendre.leggauss(80)
     for x in rng.uniform(0.0, 1.0, 20):
-        axis = bent_axis(table, x, B, np.zeros(12))
+        axis = table.bent_axis(x, B, np.zeros(12))
         found = axis.u_y, axis.slope, axis.curvature
         for k in range(3):
             assert found[k] == pytest.approx(float(modes.derivative(np.array([x]), k)[0] @ B), abs=1e-13 * 100**k)
@@ -56,7 +78,7 @@ def test_axis_of_eigenfunctions_is_theirs() -> None:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("where", [0.5, 1.3], ids=["on", "past the tip"])
 def test_rows_and_accelerations_are_derivatives(
-    shapes: AxisShapes, where: float, side: float, lever: float
+    shapes: AxisShapes | HermiteShapes, where: float, side: float, lever: float
 ) -> None:
     """Rates of gap and slip are differences in time of the gap; their own rates too."""
     rng = np.random.default_rng(3)

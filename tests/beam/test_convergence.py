@@ -117,6 +117,32 @@ def test_a_spring_on_too_few_modes_says_how_many_give_the_force():
     assert few.macro_collisions[0]["peak_force"] < peaks[1] / 3.0
 
 
+def test_a_spring_of_an_obstacle_is_judged_at_its_own_place_and_stiffness():
+    """A peg of 1e6 N/m at 0.08 m of the strip; `contact.stiffness` is that of the slope, which is left out."""
+    peg = "obstacles=[{kind='point', origin=[0.08, 0.0], stiffness=1e6}]"
+    onto = (*STRIP, MEAN_AXIS, "slope.enabled=false", "contact.where=anywhere", peg, "end_time=0.1")
+    onto = (*onto, "contact.stiffness=1.0", "initial.angle=20 deg")
+    few = simulate(Scenario.builtin("paper", [*onto, "discretization.modes=8"]))
+    (line,) = (words for words in few.summary["warnings"] if "leave out" in words)
+    assert line.startswith("obstacles.1.stiffness: ")
+    assert "at x = 0.08 m" in line
+    enough = advice(line)
+    many = (*enough, f"discretization.modes={math.ceil(1.5 * int(enough[0].split('=')[1]))}")
+    peaks = []
+    for changes in (enough, many):
+        history = simulate(Scenario.builtin("paper", [*onto, *changes]))
+        assert not any("leave out" in words for words in history.summary["warnings"])
+        peaks.append(history.macro_collisions[0]["peak_force"])
+    assert peaks[0] == pytest.approx(peaks[1], rel=0.02)
+    assert few.macro_collisions[0]["peak_force"] > 1.1 * peaks[1]
+    # nor does a stiff slope that is nowhere near make a soft peg a rigid one, whereas a stiff peg is one
+    soft = "obstacles=[{kind='point', origin=[0.5, 0.0], stiffness=1e6}]"
+    anywhere = (SPRING, "slope.enabled=false", "contact.where=anywhere", "contact.stiffness=1e9")
+    assert unconverged_results(Scenario.builtin("paper", [*anywhere, soft])) == ()
+    stiff = (soft.replace("1e6", "1e9"), "contact.stiffness=1e6")
+    assert unconverged_results(Scenario.builtin("paper", [*anywhere, *stiff])) == ALL
+
+
 @pytest.mark.parametrize(("normal", "peak"), [("rigid", False), ("spring", True)])
 def test_a_peak_that_has_no_limit_is_not_printed(normal, peak, tmp_path, capsys):
     changes = (f"contact.normal={normal}", "end_time=0.34", MEAN_AXIS, "discretization.modes=8")

@@ -60,11 +60,11 @@ class Terminal:
 
 
 def test_a_bar_shows_time_and_events_and_is_gone_at_the_end(tmp_path):
-    terminal = Terminal([*LONG[:2], "--set", "end_time=8", "--out", "out"], tmp_path)
+    terminal = Terminal([*LONG[:2], "--set", "end_time=3", "--out", "out"], tmp_path)
     assert terminal.finish() == 0
-    assert re.search(rb"t = [\d.]+ of 8 s, \d+ events", terminal.written)
+    assert re.search(rb"t = [\d.]+ of 3 s, \d+ events", terminal.written)
     *_, end = terminal.written.rpartition(ERASE_LINE)
-    assert end.startswith(b"completed: t = 8 s")
+    assert end.startswith(b"completed: t = 3 s")
     assert b"results: out" in end
     assert SHOW_CURSOR in terminal.written
 

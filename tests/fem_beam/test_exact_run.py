@@ -11,9 +11,9 @@ import pytest
 from oblique_impact import History, Interrupted, Outcome, Scenario, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.fem_beam.exact import ElasticSections
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
-from oblique_impact.fem_beam.exact.stop import Slope
+from oblique_impact.fem_beam.exact.stop import PointOnSide
 from oblique_impact.validation.runs import NEAR
 
 ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
@@ -89,11 +89,12 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
     scenario = Scenario.builtin("paper", [*words, "discretization.method=absolute"])
     found = simulate_absolute(scenario, sections=replace(ElasticSections.of(scenario), rotary=lambda x: 0.0 * x))
     known = simulate(Scenario.builtin("paper", [*words, *nodal]))
-    assert set(found) == set(known)
-    for name in known:
-        assert found[name].dims == known[name].dims, name
-        assert str(found[name].attrs) == str(known[name].attrs), name
-    now, then = found.at(0.2), known.at(0.2)
+    now, then = (history.data.merge(history.section_forces()) for history in (found, known))
+    assert set(now.variables) == set(then.variables)
+    for name in then.variables:
+        assert now[name].dims == then[name].dims, name
+        assert str(now[name].attrs) == str(then[name].attrs), name
+    now, then = now.isel(time=-1), then.isel(time=-1)
     for name, share in (
         *(("theta", 1e-5), ("theta_dot", 1e-5), ("tip_x", 1e-5), ("tip_vy", 1e-4), ("deflection", 2e-3)),
         *(("energy_kinetic", 1e-5), ("energy_elastic", 5e-3), ("energy_gravity", 1e-5)),
@@ -104,18 +105,21 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
 
 
 def test_a_place_in_the_section_moves_as_its_rows_say():
-    """However far the section turns within a step: mean rows times q1 - q0, and the derivatives at its end."""
-    slope = Slope(0, 0.3, (0.02, 0.1), ElasticStop(1e6), fibre=-0.04)
-    q0, q1 = np.array([0.3, 0.2, 0.5]), np.array([0.35, 0.1, 1.9])
-    for u in (slope.normal, slope.tangent):
-        moved = u @ (slope.point(q1) - slope.point(q0))
-        mean, turning = slope.mean_rows(u, q0, q1)
-        assert mean @ (q1 - q0) == pytest.approx(moved, rel=1e-13)
-        h = 1e-4 * np.eye(3)
-        by = [u @ (slope.point(q1 + d) - slope.point(q1 - d)) / 2e-4 for d in h]
-        np.testing.assert_allclose(slope.rows(u, q1), by, atol=1e-9)
-        ahead, behind = (slope.mean_rows(u, q0, q1 + sign * h[2])[0][2] for sign in (1.0, -1.0))
-        assert turning == pytest.approx((ahead - behind) / 2e-4, abs=1e-9)
+    """However far the section turns within a step; and the rates are those rows in the limit of a short step."""
+    beam = ExactBeam(np.array([0.0, 1.0]), ElasticSections.uniform(1e7, 1e7, 500.0, 1.0))
+    point = PointOnSide(beam, 0, ElasticStop(1e6), (), 2, 0.3, (0.02, 0.1), fibre=-0.04)
+    q0, q1 = np.zeros((2, beam.size))
+    q0[-3:], q1[-3:] = (0.3, 0.2, 0.5), (0.35, 0.1, 1.9)
+    places = [point.place(Stage(q, q)) for q in (q0, q1)]
+    rows = point.rows(q0, q1)
+    assert (rows.gap0, rows.gap1) == pytest.approx([place.gap for place in places], rel=1e-13)
+    assert rows.normal @ (q1 - q0) == pytest.approx(places[1].gap - places[0].gap, rel=1e-13)
+    assert rows.tangential @ (q1 - q0) == pytest.approx(places[1].slip - places[0].slip, rel=1e-13)
+    v = np.random.default_rng(1).normal(size=beam.size)
+    ahead, behind = (point.place(Stage(q0 + h * v, v)) for h in (1e-5, -1e-5))
+    now = point.place(Stage(q0, v))
+    assert now.gap_rate == pytest.approx((ahead.gap - behind.gap) / 2e-5, rel=1e-8)
+    assert now.slip_rate == pytest.approx((ahead.slip - behind.slip) / 2e-5, rel=1e-8)
 
 
 def test_contact_on_the_face_keeps_the_balance_and_is_that_of_the_floating_frame():
@@ -166,7 +170,7 @@ def test_the_axial_force_at_rest_is_the_weight_in_every_sample(step):
     history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=2e-3"]))
     beam, x = Scenario.from_toml(history.scenario_toml).beam, history["station"].values
     weight = 9.8 * beam.density * beam.area * (beam.length - x) * np.sin(0.5)
-    settled = history["axial_force"].values[15:]  # after the axial vibration of the release
+    settled = history.section_forces()["axial_force"].values[15:]  # after the axial vibration of the release
     assert np.abs(settled - weight).max() < 5e-3 * weight[0]
 
 
@@ -181,11 +185,12 @@ def test_forces_of_a_swinging_beam_converge_at_the_second_order_to_those_of_the_
             "paper", [*words, "discretization.method=absolute", f"solver.free_step={step}"]
         )
         found = simulate_absolute(scenario, sections=ElasticSections.bernoulli_euler(scenario))
+        forces, wanted = found.section_forces().drop_vars("time"), floating.section_forces().drop_vars("time")
         late = slice(20, None)  # when the vibration of the release has died away
         np.testing.assert_allclose(found["time"], floating["time"], atol=1e-12)
         errors.append(
             [
-                float(np.abs(found[name] - floating[name])[late].max() / np.abs(floating[name]).max())
+                float(np.abs(forces[name] - wanted[name])[late].max() / np.abs(wanted[name]).max())
                 for name in ("axial_force", "moment", "shear")
             ]
         )

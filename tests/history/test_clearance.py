@@ -90,6 +90,69 @@ def test_a_side_that_the_beam_passes_where_nothing_touches_it_is_told(run):
     assert not [line for line in pressed.summary["warnings"] if "passes" in line]
 
 
+def about_pegs(history):
+    return [line for line in history.summary["warnings"] if line.startswith("passes through")]
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.02])
+def test_a_beam_that_comes_to_a_peg_from_behind_passes_through_and_is_told(run, radius):
+    """The beam turns away from a peg below it, at 6 rad/s; three quarters of a turn later it is there again."""
+    peg = f"obstacles=[{{kind='point', origin=[0.0, -0.5], radius={radius}}}]"
+    turning = ("discretization.frame=mean-axis", "gravity=0", "initial.angle=0", "end_time=0.9", peg)
+    turning = (*turning, "slope.enabled=false", "contact.where='anywhere'", "solver.output_interval=1e-4")
+    away = run("paper", *turning, "initial.angular_velocity=6")
+    assert away.events == []
+    (line,) = about_pegs(away)
+    time = float(line.split("t = ")[1].split(" s")[0])
+    assert line.startswith("passes through obstacle 1 at t = ")
+    assert time == pytest.approx((1.5 * np.pi - np.arcsin(radius / 0.5)) / 6.0, abs=3e-4)
+    time, clearance = away["time"].values, away["clearance"].values
+    least = away.summary["clearance"]
+    assert least["distance"] == pytest.approx(-radius, abs=1e-4)
+    assert least["time"] == pytest.approx(1.5 * np.pi / 6.0, abs=1e-4)
+    # half a turn before, and just behind the peg, it is far away from it on whichever side
+    assert np.interp(0.5 * np.pi / 6.0, time, clearance) == pytest.approx(0.5 - radius, abs=1e-6)
+    assert np.interp(1.55 * np.pi / 6.0, time, clearance) == pytest.approx(
+        0.5 * np.sin(0.05 * np.pi) - radius, abs=1e-4
+    )
+    # towards the peg it strikes it, and nothing is told
+    towards = run("paper", *turning, "initial.angular_velocity=-6", "end_time=0.4")
+    assert towards.events
+    assert about_pegs(towards) == []
+    assert towards["clearance"].values.min() > -1e-6
+
+
+STEPS = ("solver.scheme='fixed-step'", "solver.free_step=2e-5", "solver.contact_step=1e-5")
+
+
+@pytest.mark.parametrize("case", ["two-pegs", "gap", "mid-span"])
+@pytest.mark.parametrize(
+    "changes",
+    [(), ("contact.normal='spring'",), pytest.param(("contact.normal='spring'", *STEPS), marks=pytest.mark.slow)],
+    ids=["rigid", "spring", "fixed steps"],
+)
+def test_a_beam_that_meets_its_obstacles_passes_through_none(run, case, changes):
+    history = run(case, *changes, "end_time=0.45")
+    assert history.contacts
+    assert not [line for line in history.summary["warnings"] if "passes" in line]
+
+
+def test_the_clearance_of_a_pressed_peg_is_its_gap(run):
+    """Of a point there is no inside, the distance from it has no sign: the contact knows how deep it is."""
+    peg = "obstacles=[{kind='point', origin=[0.5, 0.0]}]"
+    onto = ("slope.enabled=false", "contact.where='anywhere'", "contact.normal='spring'", peg, "end_time=0.4")
+    history = run("paper", "discretization.frame=mean-axis", *onto)
+    gap, clearance = history["contact_gap"].values[:, 0], history["clearance"].values
+    pressed = (history["contact_state"].values[:, 0] != 0) & (gap < 0.0)
+    assert gap[pressed].min() < -1e-4
+    np.testing.assert_allclose(clearance[pressed], gap[pressed], rtol=0.0, atol=1e-15)
+    assert (clearance[~pressed] > -1e-9).all()
+    found = history.summary["clearance"]
+    assert (found["distance"], found["obstacle"]) == (pytest.approx(gap.min()), 1)
+    assert found["x"] == pytest.approx(0.5, abs=1e-3)
+    assert about_pegs(history) == []
+
+
 @pytest.mark.parametrize("scheme", ["event", "fixed-step", "generalized-alpha"])
 def test_beyond_the_end_the_beam_falls_past(run, scheme):
     """No force in mid-air: the motion is that without a slope, and the passage is recorded and told."""
@@ -206,7 +269,7 @@ OBSTACLES = (
 
 @pytest.mark.parametrize(("surface", "depth"), [("axis", 0.0), ("section", 0.02)])
 def test_the_nearest_of_several_obstacles(surface, depth):
-    """A horizontal axis of length 1 that rises through a peg to a side; a peg off its end has no sign."""
+    """A horizontal axis of length 1 that rises through a peg to a side; on both sides of a peg it is positive."""
     scenario = Scenario().replace(
         beam__outer_fibre=0.02,
         initial__angle=0.0,
@@ -221,7 +284,7 @@ def test_the_nearest_of_several_obstacles(surface, depth):
     curve = z + 1j * heights[:, None], tangent * ones
     section = None if surface == "axis" else (tangent * ones, 0.0 * tangent * ones)
     distance, place, obstacle = smallest_distance(scenario, x, curve, section)
-    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.105, -0.3]) - depth, atol=1e-12)
+    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.095, 0.1]) - depth, atol=1e-12)
     np.testing.assert_allclose(place, 0.37, atol=1e-12)
     assert obstacle.tolist() == [2] * heights.size
     # without the first peg: the side above, then, from its height on, the peg 0.2 m beyond the end

@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from oblique_impact import History, InputError, Scenario, simulate
+from oblique_impact import History, InputError, Scenario, simulate, simulate_system
 from oblique_impact.contact.state import State
 from oblique_impact.history.interpolation import value_at
 from oblique_impact.history.sample_times import ascending, first_sample, jumps, last_sample
+from tests.systems import Block
 
+#: a first contact after 21 us, and few samples
+NEAR = ("initial.angle=0.2214", "initial.angular_velocity=-3.786", "end_time=0.02", "solver.output_interval=1e-3")
 FILES = {"scenario.toml", "history.nc", "events.csv", "summary.json"}
 
 
@@ -35,9 +38,7 @@ UNITS = {
     "m/s": "gap_rate slip_rate tip_vx tip_vy ux_dot uy_dot",
     "rad": "theta",
     "rad/s": "theta_dot",
-    "N": "lambda_n lambda_tau shear axial_force",
-    "N m": "moment",
-    "Pa": "bending_stress",
+    "N": "lambda_n lambda_tau",
     "J": "energy_kinetic energy_elastic energy_gravity",
     "1": "state",
 }
@@ -48,8 +49,11 @@ def test_each_variable_has_its_unit_and_a_name_of_its_own(history):
     variables = history.data.variables
     assert {name: array.attrs["units"] for name, array in variables.items()} == expected
     assert len({array.attrs["long_name"] for array in variables.values()}) == len(variables)
-    for name in ("ux", "uy", "moment", "axial_force"):
-        assert history[name].dims == ("time", "station")
+    forces = history.section_forces()
+    units = {"moment": "N m", "shear": "N", "axial_force": "N", "bending_stress": "Pa"}
+    assert {name: array.attrs["units"] for name, array in forces.data_vars.items()} == units
+    for array in (history["ux"], history["uy"], *forces.data_vars.values()):
+        assert array.dims == ("time", "station")
     assert history["q"].dims == history["qd"].dims == ("time", "coordinate")
     flags = history["state"].attrs
     assert dict(zip(flags["flag_meanings"].split(), flags["flag_values"].tolist(), strict=True)) == {
@@ -69,17 +73,6 @@ def test_a_jump_has_two_samples_next_to_each_other(history):
     left, right = (side(time, [event.time for event in history.events]) for side in (first_sample, last_sample))
     np.testing.assert_array_equal(right, left + 1)
     np.testing.assert_array_equal(np.flatnonzero(jumps(time)), left)
-
-
-def test_section_forces_can_be_left_out():
-    scenario = Scenario.builtin("paper", ["end_time=0.33"])
-    whole, short = simulate(scenario), simulate(scenario, section_forces=False)
-    left_out = {"moment", "shear", "axial_force", "bending_stress"}
-    assert set(whole.data.variables) - set(short.data.variables) == left_out
-    for name in short.data.variables:
-        np.testing.assert_allclose(short[name], whole[name], rtol=1e-14, atol=1e-15, err_msg=name)
-    assert short.summary["clearance"] == whole.summary["clearance"]
-    assert short.summary["warnings"] == whole.summary["warnings"]
 
 
 def test_steps_and_rejected_steps_are_told_apart():
@@ -132,7 +125,7 @@ def test_tables(history):
     assert history.contact_table["start"][1] == history.contacts[0].start
     series = history.time_series
     np.testing.assert_array_equal(series["q_1"], history["q"].values[:, 1])
-    assert "moment" not in series
+    assert "ux" not in series
     energy = history.total_energy
     assert energy.attrs["units"] == "J"
     assert float(energy[0]) == pytest.approx(history.summary["energy"]["initial"], rel=1e-14)
@@ -161,6 +154,7 @@ def test_round_trip(history, tmp_path):
     for source in (folder, folder / "history.nc"):
         again = History.load(source)
         xr.testing.assert_identical(again.data, history.data)
+        xr.testing.assert_identical(again.section_forces(), history.section_forces())
         assert again.events == history.events
         assert again.contacts == history.contacts
         assert again.summary == json.loads((folder / "summary.json").read_text()) == history.summary
@@ -181,10 +175,19 @@ def test_a_file_is_one_that_xarray_reads_and_may_hold_more(history, tmp_path):
     with xr.open_dataset(folder / "history.nc", engine="h5netcdf") as data:
         assert float(data["theta"].sel(time=0.0005, method="nearest")) == float(history.at(0.0005)["theta"])
         assert data["radius"].attrs["units"] == "m"
+        assert data["moment"].dims == data["axial_force"].dims == ("time", "station")
 
 
-def test_an_event_log_of_any_length_comes_back(history, tmp_path):
+def test_a_system_that_is_no_beam_comes_back_and_has_no_section_forces(tmp_path):
+    falling = simulate_system(Block(lambda t, q, qd: (0.0, -9.8)), [0.0, 1.0], [0.0, 0.0], 0.1)
+    xr.testing.assert_identical(History.load(falling.save(tmp_path)).data, falling.data)
+    with pytest.raises(InputError, match="no beam"):
+        falling.section_forces()
+
+
+def test_an_event_log_of_any_length_comes_back(run, tmp_path):
     """Attributes of HDF5 are short unless they are asked to be long."""
+    history = run("paper", *NEAR)
     many = dataclasses.replace(history, events=history.events * 500)
     assert History.load(many.save(tmp_path)).events == many.events
 
@@ -251,7 +254,8 @@ def damaged_data(data, summary):
     }
 
 
-def test_damaged_files_are_refused_in_one_line(history, tmp_path):
+def test_damaged_files_are_refused_in_one_line(run, tmp_path):
+    history = run("paper", *NEAR)
     folder = history.save(tmp_path / "run")
     whole = (folder / "history.nc").read_bytes()
     spoiled = {

@@ -395,7 +395,7 @@ def test_the_ledger_is_that_of_the_integrals(beam):
 
 def test_section_forces_carry_the_outer_part(beam):
     """Momentum and angular momentum of what lies outside of a section change by its loads less these forces."""
-    h, s, x = beam.history, beam.scenario, beam.x
+    h, s, x = beam.history.section_forces(), beam.scenario, beam.x
     turn = np.exp(1j * beam.theta)[:, None]
     axial, moment = h["axial_force"].values, h["moment"].values
     across = (beam.axis_tangent.imag * axial - h["shear"].values) / beam.axis_tangent.real

@@ -106,6 +106,17 @@ def test_a_macro_collision_adds_up_its_contacts():
 )
 def test_a_warning_of_lost_energy_names_keys_of_its_scheme(scheme, remedy, foreign):
     lost = dict.fromkeys(("lost_impact", "lost_friction", "lost_damping", "lost_scheme"), 1.0)
-    (line,) = energy_warnings({"initial": 8.0, "final": 4.0, "unaccounted": 0.0, **lost}, 8.0, scheme)
+    (line,) = energy_warnings({"initial": 8.0, "final": 4.0, "unaccounted": 0.0, **lost}, 8.0, 8.0, scheme)
     assert remedy in line
     assert foreign not in line
+
+
+def test_rounding_of_energies_that_cancel_is_not_warned_of():
+    """A beam at rest far below its root, bent as much: the total is 0 J, its rounding that of 1 kJ."""
+    lost = dict.fromkeys(("lost_impact", "lost_friction", "lost_damping", "lost_scheme"), 0.0)
+    energy = {"initial": 0.0, "final": 0.0, "unaccounted": 1e-10, **lost}
+    assert energy_warnings(energy, 0.0, 2000.0, "event") == []
+    (line,) = energy_warnings(energy | {"unaccounted": 1e-5}, 0.0, 2000.0, "event")
+    assert "1e-05 J" in line
+    lost["lost_scheme"] = 1e-10
+    assert energy_warnings({**energy, **lost}, 0.0, 2000.0, "event") == []

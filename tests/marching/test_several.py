@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.history.history import History
 
 PEGS = ({"kind": "point", "origin": [0.4, -0.02]}, {"kind": "point", "origin": [0.7, -0.036]})
@@ -22,7 +23,7 @@ def run(*keys: str, obstacles=(), **sections) -> History:
     defaults = {"contact": {"where": "anywhere"}, "slope": {"enabled": False}}
     for name, values in (defaults | sections).items():
         given[name] = {**given.get(name, {}), **values}
-    return simulate(Scenario.from_dict(given), section_forces=False)
+    return simulate(Scenario.from_dict(given))
 
 
 MEAN_AXIS = ("discretization.frame=mean-axis", "discretization.modes=4", "end_time=0.45")
@@ -35,7 +36,7 @@ def pegs() -> History:
 
 
 def test_one_contact_of_several_is_the_contact_of_the_paper():
-    alone = simulate(Scenario.builtin("paper", ["end_time=0.5"]), section_forces=False)
+    alone = simulate(Scenario.builtin("paper", ["end_time=0.5"]))
     several = run("end_time=0.5", slope={"enabled": True})
     assert [e.kind for e in several.events] == [e.kind for e in alone.events]
     for a, b in zip(several.events, alone.events, strict=True):
@@ -135,12 +136,16 @@ def test_a_beam_between_two_tables_strikes_both():
     assert abs(found.balance["unaccounted"]) < 1e-9
 
 
-def test_a_tip_that_slides_over_the_end_of_a_side_falls_past_it_onto_the_corner():
+def test_a_beam_that_falls_across_the_end_of_a_side_is_struck_by_its_corner():
     """The ledge ends inside of the span: its corner meets the beam, at a place that slides along it."""
     found = run(*MEAN_AXIS, slope={"enabled": True, "extent": [0.0, 0.3075]})
-    places = [event.place for event in found.events]
-    assert places
-    assert all(0.55 < place < 0.65 for place in places)
+    (corner,) = (end for end in found.scenario.slope_side.ends if end[0] > 0.5)
+    closed = found["contact_state"].values != 0
+    assert closed.any()
+    for name, where in zip(("contact_x", "contact_y"), corner, strict=True):
+        assert found[name].values[closed] == pytest.approx(where, abs=1e-9)
+    places = found["contact_place"].values[closed]
+    assert 0.55 < places.min() < places.max() < 0.65
 
 
 def test_alternating_impacts_close_both_contacts():
@@ -150,29 +155,147 @@ def test_alternating_impacts_close_both_contacts():
     assert abs(found.balance["unaccounted"]) < 1e-9
 
 
-def test_two_pegs_at_one_place_are_one():
-    one = run(*MEAN_AXIS, obstacles=[{"kind": "point", "origin": [0.5, 0.0]}])
-    two = run(*MEAN_AXIS, obstacles=2 * [{"kind": "point", "origin": [0.5, 0.0]}])
-    assert two.outcome in (one.outcome,) or two.outcome.label == "redundant-constraints"
-    if two.outcome is one.outcome:
-        assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
-        assert two.macro_collisions[0]["normal_impulse"] == pytest.approx(
-            one.macro_collisions[0]["normal_impulse"]
-        )
+PEG = {"kind": "point", "origin": [0.5, 0.0]}
+
+
+@pytest.mark.parametrize("friction", ["hybrid", "frictionless"])
+def test_of_two_rigid_pegs_at_one_place_one_carries_the_force_of_a_single_one(friction):
+    keys = (*MEAN_AXIS, f"contact.friction={friction}")
+    one, two = run(*keys, obstacles=[PEG]), run(*keys, obstacles=[PEG, PEG])
+    assert two.outcome.label == one.outcome.label == "completed"
+    assert len(one.events) >= 4
+    assert [(e.kind, e.state, e.obstacle) for e in two.events] == [(e.kind, e.state, 1) for e in one.events]
+    for a, b in zip(two.events, one.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-12)
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-9, abs=1e-12)
+    assert (two["contact_lambda_n"].values[:, 1] == 0.0).all()
+    assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
+
+
+def test_two_elastic_pegs_at_one_place_are_one_of_twice_the_stiffness():
+    keys = (*MEAN_AXIS, "contact.friction=frictionless", "contact.normal=spring")
+    one, two = run(*keys, obstacles=[PEG | {"stiffness": 2e6}]), run(*keys, obstacles=[PEG, PEG])
+    assert len(one.events) >= 4
+    for number in (1, 2):
+        own = [event for event in two.events if event.obstacle == number]
+        assert [event.kind for event in own] == [event.kind for event in one.events]
+        for half, whole in zip(own, one.events, strict=True):
+            assert half.time == pytest.approx(whole.time, abs=1e-10)
+            assert half.normal_impulse == pytest.approx(0.5 * whole.normal_impulse, rel=1e-7)
+    assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
+
+
+def at_rest(*keys: str) -> History:
+    """The beam lies straight and level on its pin and two pegs, damped so that it sags and stays."""
+    pegs = [{"kind": "point", "origin": [x, -1e-3], "radius": 1e-3} for x in (0.5, 0.9)]
+    settle = ("discretization.frame=mean-axis", "beam.modal_damping_ratio=0.9", "end_time=0.05")
+    return run(*settle, *keys, obstacles=pegs, initial={"angle": 0.0})
+
+
+def test_a_straight_beam_at_rest_on_pegs_carries_its_weight_without_friction():
+    found = at_rest("contact.friction=frictionless")
+    assert found.outcome.label == "completed"
+    weight = Sections.from_scenario(found.scenario).mass * found.scenario.gravity
+    forces, places = found["contact_lambda_n"].values[-1], found["contact_place"].values[-1]
+    assert (forces > 0.0).all()
+    assert forces @ places == pytest.approx(0.5 * weight * found.scenario.beam.length, rel=1e-6)
+    assert abs(float(found["theta_dot"][-1])) < 1e-9
+
+
+def test_axial_forces_of_sticking_pegs_on_a_straight_beam_are_redundant():
+    """The beam does not stretch: how its pegs share an axial force is statically indeterminate."""
+    assert at_rest().outcome.label == "redundant-constraints"
+    assert at_rest("contact.normal=spring").outcome.label == "redundant-constraints"
+
+
+def test_three_rigid_pegs_that_an_impact_closes_on_two_degrees_of_freedom_are_redundant():
+    pegs = [{"kind": "point", "origin": [x, -0.05 * x]} for x in (0.3, 0.6, 0.9)]
+    keys = ("discretization.modes=1", "contact.friction=frictionless")
+    found = run(*MEAN_AXIS, *keys, obstacles=pegs)
+    assert found.outcome.label == "redundant-constraints"
+    assert found.events
+
+
+@pytest.mark.slow  # compiles kernels of its own
+@pytest.mark.parametrize(
+    ("case", "keys"),
+    [
+        ("sticking", ()),
+        ("sticking", ("contact.damping=0.2", "contact.friction=modified-coulomb")),
+        ("paper", ("root.kind=hub", "root.inertia=0.01", "root.hub_radius=0.05", "root.torque=-1.0")),
+    ],
+    ids=["sticking", "smooth friction", "hub"],
+)
+def test_one_elastic_contact_of_several_is_that_of_one_in_generalized_alpha(case, keys):
+    steps = ("solver.scheme=generalized-alpha", "solver.free_step=1e-5", "solver.contact_step=2e-6")
+    given = (*steps, "contact.normal=spring", "contact.residual_flexibility=false", *keys)
+    alone = simulate(Scenario.builtin(case, list(given)))
+    several = simulate(Scenario.builtin(case, [*given, "contact.where=anywhere"]))
+    assert [(e.kind, e.state) for e in several.events] == [(e.kind, e.state) for e in alone.events]
+    assert len(alone.events) > 5
+    for a, b in zip(several.events, alone.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-11)
+    for a, b in zip(several.contacts, alone.contacts, strict=True):
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-9)
+        assert a.tangential_impulse == pytest.approx(b.tangential_impulse, rel=1e-9)
+        assert a.energy_loss == pytest.approx(b.energy_loss, rel=1e-8, abs=1e-12)
+    stuck = alone["state"].values == 2
+    for column in ("lambda_tau", "lambda_n"):
+        there, force = several[column].values[stuck], alone[column].values[stuck]
+        np.testing.assert_allclose(there, force, rtol=1e-9, atol=1e-6)
+
+
+def test_all_nodes_of_a_mesh_meet_pegs_as_all_its_modes_do():
+    mesh = "discretization.method=fem", "discretization.elements=4", "contact.normal=spring", "end_time=0.4"
+    keys = (*mesh, "contact.stiffness=2e5", "contact.mu_static=0.3", "contact.mu_kinetic=0.3")
+    modes = run(*keys, "discretization.frame=mean-axis", "discretization.modes=8", obstacles=PEGS)
+    steps = "solver.free_step=4e-6", "solver.contact_step=4e-6"
+    nodes = run(*keys, *steps, "discretization.modes=0", obstacles=PEGS)
+    assert [(e.kind, e.obstacle) for e in nodes.events] == [(e.kind, e.obstacle) for e in modes.events]
+    for a, b in zip(nodes.events, modes.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-6)
+        assert a.place == pytest.approx(b.place, abs=1e-8)
+    for a, b in zip(nodes.contacts, modes.contacts, strict=True):
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, abs=2e-4)
+        assert a.peak_force == pytest.approx(b.peak_force, rel=2e-3)
+        assert (a.first_place, a.last_place) == pytest.approx((b.first_place, b.last_place), abs=1e-7)
+    assert abs(nodes.balance["unaccounted"]) < 1e-6 * nodes.balance["initial"]
+    assert nodes.balance["lost_friction"] == pytest.approx(modes.balance["lost_friction"], rel=1e-4)
+    lost = sum(contact.energy_loss for contact in nodes.contacts)
+    assert lost == pytest.approx(nodes.balance["lost_friction"], rel=1e-9)
 
 
 @pytest.mark.slow  # compiles kernels of its own
 def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
     """They notice a contact at the end of a step: times are of first order."""
     keys = ("discretization.modes=4", "end_time=0.4", "contact.normal=spring", "contact.damping=0.05")
-    located = simulate(Scenario.builtin("two-pegs", list(keys)), section_forces=False)
+    located = simulate(Scenario.builtin("two-pegs", list(keys)))
     apart = []
     for step in (1e-5, 2.5e-6):
         steps = f"solver.scheme=fixed-step solver.free_step={step} solver.contact_step={step}".split()
-        found = simulate(Scenario.builtin("two-pegs", [*keys, *steps]), section_forces=False)
+        found = simulate(Scenario.builtin("two-pegs", [*keys, *steps]))
         assert [(e.kind, e.obstacle) for e in found.events] == [(e.kind, e.obstacle) for e in located.events]
         times = zip(found.events, located.events, strict=True)
         apart.append(max(abs(a.time - b.time) for a, b in times))
         assert apart[-1] < step
         assert abs(found.balance["unaccounted"]) < 1e-5
     assert apart[1] < 0.5 * apart[0]
+
+
+def test_a_beam_that_sticks_to_a_corner_rolls_on_it_whatever_the_stabilization():
+    """The corner is pressed into the beam's face: the place that it touches moves though nothing slips."""
+    corner = {"kind": "side", "origin": [0.19, -0.08], "angle": 0.05, "extent": [0.0, 0.6], "stiffness": 9e4}
+    start = {"angle": 0.4, "angular_velocity": -0.9}
+    keys = "discretization.frame=mean-axis discretization.modes=6 contact.normal=spring contact.surface=section "
+    keys += "beam.outer_fibre=0.01 contact.mu_static=0.7 contact.mu_kinetic=0.7 end_time=0.25"
+    runs = [
+        run(*keys.split(), f"solver.baumgarte=[{rate}, {rate}]", obstacles=[corner], initial=start)
+        for rate in (0.0, 500.0)
+    ]
+    for found in runs:
+        stuck = found["contact_state"].values == 2
+        assert stuck.any()
+        assert np.abs(found["contact_slip_rate"].values[stuck]).max() < 1e-10
+    for a, b in zip(runs[0].events, runs[1].events, strict=True):
+        assert (a.kind, a.state) == (b.kind, b.state)
+        assert a.time == pytest.approx(b.time, abs=1e-10)

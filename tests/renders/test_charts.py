@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from oblique_impact import Scenario, natural_frequencies
+from oblique_impact import Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders import campbell, overview
 from oblique_impact.renders.charts import Chart, Curve, energy_curves, force_curves, round_times
@@ -42,6 +42,15 @@ def test_each_curve_has_its_name_and_colour(story, run):
         for curve, (label, colour, values) in zip(curves, expected, strict=True):
             assert (curve.label, curve.colour) == (label, colour)
             np.testing.assert_allclose(curve.values, values, rtol=1e-12)
+
+
+def test_the_total_energy_on_elastic_pegs_counts_what_each_of_them_stores():
+    pegs = "obstacles=[{kind='point', origin=[0.4,-0.02], stiffness=3e5}, {kind='point', origin=[0.7,-0.036]}]"
+    keys = "contact.normal=spring contact.friction=frictionless end_time=0.45"
+    history = simulate(Scenario.builtin("two-pegs", [*keys.split(), pegs]))
+    curves = {curve.label: curve.values for curve in energy_curves(story_of([history]))}
+    assert curves["stop"].max() > 0.1
+    np.testing.assert_allclose(curves["total"], history.balance["initial"], rtol=1e-9)
 
 
 def charted(story, curves, label, course=None):

@@ -111,7 +111,7 @@ def test_points_and_results_are_those_of_the_history(exported):
     tangent, normal = geometry.slope_axes
     touching = 0
     for frame in frames:
-        at = history.data.sel(time=frame.stamp)
+        at, forces = (data.sel(time=frame.stamp) for data in (history.data, history.section_forces()))
         assert set(frame.parts) == PARTS
         axis, tube, touch = (frame.parts[name] for name in ("centreline", "surface", "contact_point"))
         turn = np.exp(1j * float(at["theta"]))
@@ -120,10 +120,11 @@ def test_points_and_results_are_those_of_the_history(exported):
         for found, expected in ((axis["points"], along + elastic), (axis["elastic_displacement"], elastic)):
             np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, rtol=0.0, atol=1e-12)
         for name, variable in RESULTS.items():
-            np.testing.assert_allclose(axis[name], at[variable].values, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(axis[name], forces[variable].values, rtol=1e-12, atol=1e-12)
         stress = tube["bending_stress"][: history["station"].size * SIDES].reshape(-1, SIDES)
+        bending = forces["bending_stress"].values
         for side, sign in ((SIDES // 2, 1.0), (0, -1.0)):  # of negative and of positive y
-            np.testing.assert_allclose(stress[:, side], sign * at["bending_stress"].values, rtol=1e-11, atol=1e-5)
+            np.testing.assert_allclose(stress[:, side], sign * bending, rtol=1e-11, atol=1e-5)
         moved = frame.parts["reference"]
         np.testing.assert_allclose(moved["points"] + moved["displacement"], tube["points"], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(touch["points"], [[at["tip_x"], at["tip_y"], 0.0]], rtol=0.0, atol=1e-12)

@@ -66,7 +66,7 @@ def test_every_result_has_its_colours_on_both_sides_and_its_scale(run):
     """Of a tapered i-beam, against the surface that the other pictures draw."""
     story = story_of([run("paper", *I_BEAM)], Style(deformation=1.0))
     content, geometry = content_of(story), story.geometries[0]
-    k = int(np.argmax(np.abs(geometry.history["axial_force"].values).max(axis=1)))
+    k = int(np.argmax(np.abs(geometry.history.section_forces()["axial_force"].values).max(axis=1)))
     frame = int(np.argmin(np.abs(content.arrays["time"] - geometry.times[k])))
     k = geometry.index(content.arrays["time"][frame])
     for name in get_args(Colour):

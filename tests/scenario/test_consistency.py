@@ -113,8 +113,13 @@ REFUSED = [
     ("contact.point_inertia", f"{ANYWHERE} {MASSLESS}", 'should be "kept"'),
     ("contact.shortening", f"{ANYWHERE} contact.shortening=false", "should be true"),
     ("discretization.kinetics", f"{ANYWHERE} discretization.kinetics=zeroth-order", '"first-order" or "full"'),
-    ("discretization.method", f"{ABSOLUTE} {ANYWHERE}", 'should be "modal" or "fem"'),
-    ("discretization.modes", f"{NODAL} {ANYWHERE}", "should be at least 1"),
+    ("discretization.elements", f"{ABSOLUTE} {ANYWHERE} contact.grid=8 discretization.elements=6", "at least 8"),
+    (
+        "discretization.nodes",
+        f"{ABSOLUTE} {ANYWHERE} contact.grid=4 discretization.nodes=[0,0.3,0.5,0.75,1]",
+        "0.25 m",
+    ),
+    ("contact.normal", f"{NODAL} {ANYWHERE}", 'should be "spring"'),
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
     (
         "contact.surface",

@@ -237,6 +237,7 @@ TURNED = {"root__kind": "driven"}
 NODAL = {"discretization__method": "fem", "discretization__modes": 0}
 ABSOLUTE = {"discretization__method": "absolute", **SPRING}
 STEPS = RungeKutta(SolverSection())
+ANYWHERE = {"contact__where": "anywhere"}
 REFUSED = {
     "wrong kind": ({"contact_law": SpinUp()}, {}, "contact_law = SpinUp(speed=4.0, period=0.5): should be a Cont"),
     "a class": ({"friction": FrictionCurve}, {}, "should be a FrictionLaw"),
@@ -246,6 +247,8 @@ REFUSED = {
     "pin": ({"base_motion": SpinUp()}, {}, 'base_motion: only with root.kind = "driven" (it is "pin")'),
     "two motions": ({"base_motion": SpinUp()}, {**TURNED, "root__spin_rate": 1.0}, "root.spin_rate = 0"),
     "nodal": ({"scheme": STEPS}, NODAL, "scheme: only with discretization.modes >= 1"),
+    "scheme of several": ({"scheme": STEPS}, ANYWHERE, 'scheme: only with contact.where = "point"'),
+    "impacts of several": ({"impact_law": Newton()}, ANYWHERE, 'impact_law: only with contact.where = "point"'),
     "exact": ({"friction": Gaping()}, ABSOLUTE, 'friction: only with discretization.method = "modal" or "fem"'),
     "not compiled": ({"contact_law": Uncompiled()}, SPRING, "Uncompiled.normal_force: cannot be compiled"),
     "pulls": ({"contact_law": Pulling()}, SPRING, "Pulling: the force at rest at a depth of"),

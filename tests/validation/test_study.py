@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import signal
 
 import numpy as np
 import pandas as pd
@@ -15,7 +13,7 @@ from oblique_impact.errors import Interrupted
 from oblique_impact.validation.studies import study
 from oblique_impact.validation.studies.parallel import Crash, compute_each, map_parallel
 from oblique_impact.validation.studies.study import TABLE, Run, reasons, run_study
-from tests.processes import interrupt, started, wait_for
+from tests.processes import deadly, interrupt, started, wait_for
 
 FALL = Scenario.builtin("paper", ["end_time=0.02", "contact.enabled=false"])
 
@@ -106,12 +104,6 @@ def test_results_keep_the_order_of_the_items(workers):
     assert [p.done for p in told] == [0, 1, 2, 3]
     with pytest.raises(ValueError, match=r"negative|domain"):
         map_parallel(math.sqrt, [1.0, -1.0], workers)
-
-
-def deadly(what):
-    if what == "die":
-        os.kill(os.getpid(), signal.SIGKILL)
-    return what, os.environ.get("OMP_NUM_THREADS")
 
 
 def test_an_item_that_takes_its_process_down_costs_itself_alone():

@@ -162,8 +162,10 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
 
 
 def _values(history: History, variable: str) -> np.ndarray:
-    found = history.total_energy if variable == "energy" else history[variable]
-    return np.asarray(found.values, dtype=float)
+    if variable == "energy":
+        return np.asarray(history.total_energy.values, dtype=float)
+    data = history.section_forces() if variable in FIELDS else history
+    return np.asarray(data[variable].values, dtype=float)
 
 
 def _extreme(which: str, values: np.ndarray) -> float:

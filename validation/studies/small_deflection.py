@@ -217,8 +217,6 @@ def _runs(problem: str, nominal: float, spin: float) -> list[Run]:
 def points_of(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the points of the map from the runs: a row for each model of each case."""
     points = []
-    frame = frame.copy()
-    frame.attrs = {}  # pandas copies them with every column that is looked at, a minute in all
     for (problem, nominal, spin), runs in frame.groupby(["problem", "nominal", "spin"], sort=False):
         runs = runs.set_index("model")
         courses = [name for name in runs if name.startswith("deflection@") and runs[name].notna().any()]

@@ -30,7 +30,7 @@ from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each
-from oblique_impact.validation.studies.quantities import FIELDS, GapError, not_determined, quantity
+from oblique_impact.validation.studies.quantities import GapError, not_determined, quantity
 
 #: the frame of a study in its folder
 TABLE = "results.parquet"
@@ -182,8 +182,7 @@ def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[
                 if timeout is not None and marching.seconds > timeout:
                     raise OutOfTimeError(f"took longer than {timeout:g} s, until t = {status.time:.6g} s")
 
-            along = histories or any(name.partition(":")[2] in FIELDS for name in run.quantities)
-            history = simulate(run.scenario, check_time, section_forces=along)
+            history = simulate(run.scenario, check_time)
         row = measure(history, run.quantities)
         if histories:  # as bytes: a worker of a cluster may have no folder in common with us
             with tempfile.TemporaryDirectory() as folder:
@@ -269,6 +268,13 @@ def same_warnings(runs: Iterable[tuple[str, str]]) -> list[tuple[str, list[str]]
 # --- on disk
 
 
+class _Shared(dict[str, str]):
+    """Texts by column that all copies share: pandas copies the attributes of a frame with each of its columns."""
+
+    def __deepcopy__(self, memo: object) -> _Shared:
+        return self
+
+
 def _frame(
     runs: Sequence[Run], keys: Sequence[str], rows: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]
 ) -> pd.DataFrame:
@@ -280,8 +286,8 @@ def _frame(
     about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
     about |= {name: (unit, meaning) for name, (_, unit, meaning) in COLUMNS.items()}
     frame.attrs = {
-        "units": {**units, **{name: unit for name, (unit, _) in about.items()}},
-        "meanings": {name: meaning for name, (_, meaning) in about.items()},
+        "units": _Shared({**units, **{name: unit for name, (unit, _) in about.items()}}),
+        "meanings": _Shared({name: meaning for name, (_, meaning) in about.items()}),
     }
     return frame
 

@@ -1,0 +1,125 @@
+"""The axis of the bent beam in all nodes of a mesh: cubics on elements, n deflections and slopes of nodes.
+
+The coordinates are those of a beam on a pin: the slope of the root, then deflection and slope node by node.  What
+is asked for at a place takes O(n) numbers and operations, because the beam is shortened by the slopes of all
+elements before it.  On an element z goes from -1 to 1.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from oblique_impact.beam.axis import Axis, panel_of
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.workspace import Array, Vectors
+
+Four = tuple[float, float, float, float]
+
+
+class _Mesh(NamedTuple):
+    """Nodes of a mesh."""
+
+    edges: Array  # (elements + 1,) m, ascending from 0
+
+
+@inlined
+def _cubic(s: HermiteShapes, element: int, B: Array) -> Four:
+    """Coefficients of the deflection (m) on an element over powers of z."""
+    half, k = 0.5 * (s.edges[element + 1] - s.edges[element]), 2 * element
+    first = B[k - 1] if element > 0 else 0.0
+    last, steep, steeper = B[k + 1], half * B[k], half * B[k + 2]
+    return (
+        0.5 * (first + last) + 0.25 * (steep - steeper),
+        0.75 * (last - first) - 0.25 * (steep + steeper),
+        0.25 * (steeper - steep),
+        0.25 * (first - last) + 0.25 * (steep + steeper),
+    )
+
+
+@inlined
+def _shape(which: int, half: float) -> Four:
+    """Coefficients of a shape function of an element: deflection and slope at its start, then at its end."""
+    if which == 0:
+        return 0.5, -0.75, 0.0, 0.25
+    if which == 1:
+        return 0.25 * half, -0.25 * half, -0.25 * half, 0.25 * half
+    if which == 2:
+        return 0.5, 0.75, 0.0, -0.25
+    return -0.25 * half, -0.25 * half, 0.25 * half, 0.25 * half
+
+
+@inlined
+def _value(p: Four, z: float) -> float:
+    return p[0] + z * (p[1] + z * (p[2] + z * p[3]))
+
+
+@inlined
+def _rate(p: Four, z: float) -> float:
+    """Evaluate the derivative over z."""
+    return p[1] + z * (2.0 * p[2] + z * 3.0 * p[3])
+
+
+@inlined
+def _overlap(p: Four, r: Four, z: float) -> float:
+    """Integral from -1 to z of the product of two derivatives over z."""
+    a, b, c = p[1] * r[1], 2.0 * (p[1] * r[2] + p[2] * r[1]), 3.0 * (p[1] * r[3] + p[3] * r[1]) + 4.0 * p[2] * r[2]
+    d, e = 6.0 * (p[2] * r[3] + p[3] * r[2]), 9.0 * p[3] * r[3]
+    at = z * (a + z * (b / 2.0 + z * (c / 3.0 + z * (d / 4.0 + z * e / 5.0))))
+    return at + a - b / 2.0 + c / 3.0 - d / 4.0 + e / 5.0
+
+
+@jitable
+def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
+    """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
+    element = panel_of(s.edges, x)
+    half = 0.5 * (s.edges[element + 1] - s.edges[element])
+    inside = min(max(x, s.edges[0]), s.edges[-1])
+    z, beyond, squared = (inside - s.edges[element]) / half - 1.0, x - inside, 0.0
+    for k in range(element):
+        p = _cubic(s, k, B)
+        squared += 2.0 * _overlap(p, p, 1.0) / (s.edges[k + 1] - s.edges[k])
+    p = _cubic(s, element, B)
+    squared += _overlap(p, p, z) / half
+    slope, curvature = _rate(p, z) / half, (2.0 * p[2] + 6.0 * p[3] * z) / (half * half)
+    if beyond != 0.0:
+        curvature = 0.0
+    shortening = 0.5 * (squared + slope * slope * beyond)
+    return Axis(-shortening, _value(p, z) + slope * beyond, slope, curvature, element, z, beyond)
+
+
+@jitable
+def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+    """Take shape functions at a place, see `oblique_impact.beam.axis.Shapes`."""
+    shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
+    for i in range(B.shape[0] + 1):
+        shapes[i], slopes[i], HB[i] = 0.0, 0.0, 0.0
+    bending, curving, turning = 0.0, 0.0, 0.0
+    for k in range(axis.panel + 1):
+        half, z = 0.5 * (s.edges[k + 1] - s.edges[k]), axis.z if k == axis.panel else 1.0
+        p, rate = _cubic(s, k, B), _cubic(s, k, Bd)
+        bending += _overlap(rate, rate, z) / half
+        for which in range(4):
+            i = 2 * k + which  # behind the entry of theta; the root has no deflection
+            if i == 0:
+                continue
+            shape = _shape(which, half)
+            HB[i] += _overlap(shape, p, z) / half
+            if k == axis.panel:
+                slopes[i] = _rate(shape, z) / half
+                shapes[i] = _value(shape, z) + slopes[i] * axis.beyond
+        if k == axis.panel:
+            curving, turning = (2.0 * rate[2] + 6.0 * rate[3] * z) / (half * half), _rate(rate, z) / half
+    if axis.beyond != 0.0:
+        for i in range(B.shape[0] + 1):
+            HB[i] += axis.slope * slopes[i] * axis.beyond
+        bending += turning * turning * axis.beyond
+        curving = 0.0
+    return bending, curving
+
+
+class HermiteShapes(_Mesh):
+    """Cubic Hermite functions on the elements of a mesh."""
+
+    __slots__ = ()
+    bent_axis = _bent_axis
+    take_shapes = _take_shapes
