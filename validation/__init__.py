@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from oblique_impact.validation.comparison import Comparison as Comparison
     from oblique_impact.validation.comparison import compare as compare
-    from oblique_impact.validation.paper.claims import Reproduction as Reproduction
+    from oblique_impact.validation.paper.command import Reproduction as Reproduction
     from oblique_impact.validation.paper.command import reproduce as reproduce
     from oblique_impact.validation.studies.design import AxisSection as AxisSection
     from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
@@ -37,8 +37,7 @@ if TYPE_CHECKING:
 # pandas, joblib and matplotlib take a second to load: a command that needs none of them does not wait
 _MODULES = {
     "comparison": ("Comparison", "compare"),
-    "paper.claims": ("Reproduction",),
-    "paper.command": ("reproduce",),
+    "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
     "studies.ladders": ("StudyResult",),
     "studies.predictability": ("Predictability", "predictability"),

@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 
 from oblique_impact import Scenario
 from oblique_impact.renders.style import figure_style
-from oblique_impact.validation.paper import command
-from oblique_impact.validation.paper.claims import CLAIMS
+from oblique_impact.validation.paper import measures
 from oblique_impact.validation.paper.figures import PLOTS, draw_on, window
-from oblique_impact.validation.paper.measures import Models, cases, combinations, paper, run_light, sticks, within
-from oblique_impact.validation.paper.rules import VERDICTS
+from oblique_impact.validation.paper.measures import Models, cases, combinations, paper, run_light, sticks
+from oblique_impact.validation.paper.rules import CLAIMS, VERDICTS
 
 from .test_paper_claims import event, made
 
@@ -37,15 +36,6 @@ def test_combinations_are_all_different():
 
 
 # --- runs
-
-
-def test_rates_in_the_floating_frame_are_derivatives():
-    located = run_light(paper("event", output_interval=1e-5, end_time=0.335))
-    window = 0.3238, 0.3268  # slip in one contact, without events
-    for name in ("shortening", "deflection"):
-        rate = np.gradient(within(located, name, *window), within(located, "time", *window))
-        exact = within(located, f"{name}_rate", *window)
-        assert rate[2:-2] == pytest.approx(exact[2:-2], abs=1e-3 * np.max(np.abs(exact)))
 
 
 def test_the_sticking_scenario_sticks_to_the_end_at_rest():
@@ -80,12 +70,11 @@ def drawn(number, schemes):
 
 
 def test_all_figures_of_the_paper_are_there():
-    assert BY_NUMBER.keys() >= {str(number) for number in range(2, 17)}
-    assert len({plot.name for plot in PLOTS}) == len(PLOTS)
+    assert [plot.number for plot in PLOTS] == list(range(2, 17))
 
 
 def test_schemes_are_one_above_the_other_and_models_have_their_lines():
-    figure = drawn("14", both(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
+    figure = drawn(14, both(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
     above, below = figure.axes
     assert [axes.get_title(loc="left") for axes in (above, below)] == [
         "(a) fixed-step, as printed",
@@ -109,7 +98,7 @@ def test_a_collision_is_drawn_in_milliseconds_and_mm_with_its_marks_and_the_pape
         event(0.32, "stick", "STICK"),
         event(0.34, "release", "FREE"),
     ]
-    figure = drawn("15", both(1.0, 0.0, 0.0, 1.0, 0.0, 0.0, events=events))
+    figure = drawn(15, both(1.0, 0.0, 0.0, 1.0, 0.0, 0.0, events=events))
     assert figure.axes[1].get_xlabel() == "time (ms)"
     assert figure.axes[1].get_xlim() == pytest.approx((297.6, 342.4))
     for axes in figure.axes:
@@ -128,8 +117,8 @@ def test_vibrations_are_bands_but_short_forces_are_lines():
     schemes = both(*[1.0] * 6)
     fast = made(theta=lambda t: np.sin(2.0 * np.pi * t / 2.1e-3), lambda_tau=lambda t: np.sin(3000.0 * t))
     schemes["event"] = Models(fast, *schemes["event"][1:])
-    assert [len(axes.collections) for axes in drawn("8", schemes).axes] == [0, 1]
-    force = drawn("2", schemes).axes[1]
+    assert [len(axes.collections) for axes in drawn(8, schemes).axes] == [0, 1]
+    force = drawn(2, schemes).axes[1]
     assert len(force.collections) == 0
     assert force.lines[0].get_ydata().tolist() == fast["lambda_tau"].values.tolist()
 
@@ -137,10 +126,9 @@ def test_vibrations_are_bands_but_short_forces_are_lines():
 def test_the_window_of_a_collision_holds_all_runs_and_what_the_paper_names():
     early, late = (made(macros=m) for m in ([(0.30, 0.32), (0.66, 0.69)], [(0.31, 0.35), (0.65, 0.67)]))
     schemes = {"fixed-step": Models(early, early, late), "event": Models(early, early, early)}
-    assert window(BY_NUMBER["2a"], schemes) == pytest.approx((0.297, 0.353))
-    assert window(BY_NUMBER["16"], schemes) == pytest.approx((0.65 - 0.06 * 0.049, 0.699 + 0.06 * 0.049))
-    assert window(BY_NUMBER["5a"], schemes) == (0.64, 0.76)
-    assert window(BY_NUMBER["5"], schemes) == (0.0, 1.0)
+    assert window(BY_NUMBER[15], schemes) == pytest.approx((0.297, 0.353))
+    assert window(BY_NUMBER[16], schemes) == pytest.approx((0.65 - 0.06 * 0.049, 0.699 + 0.06 * 0.049))
+    assert window(BY_NUMBER[5], schemes) == (0.0, 1.0)
 
 
 # --- all of it
@@ -150,8 +138,8 @@ def test_the_window_of_a_collision_holds_all_runs_and_what_the_paper_names():
 def reduced(monkeypatch):
     """Coarser samples, one combination."""
     coarse = {key: scenario.replace(solver__output_interval=2e-4) for key, scenario in cases().items()}
-    monkeypatch.setattr(command, "cases", lambda: coarse)
-    monkeypatch.setattr(command, "combinations", lambda: combinations()[:1])
+    monkeypatch.setattr(measures, "cases", lambda: coarse)
+    monkeypatch.setattr(measures, "combinations", lambda: combinations()[:1])
 
 
 def test_a_reproduction_through_the_command(reduced, tmp_path, cli):
@@ -169,7 +157,7 @@ def test_a_reproduction_through_the_command(reduced, tmp_path, cli):
     assert verdicts["friction-coincides"] == verdicts["friction-drifts-apart"] == "reproduced"
     assert verdicts["stick-at-0.699"] == verdicts["stick-to-the-end"] == "not reproduced"
     (point,) = data["combinations"]
-    assert (point["modes"], point["gravity"], point["verdicts"]["first-collision"]) == (1, 9.8, "partly")
+    assert (point["modes"], point["gravity"], point["first-collision"]) == (1, 9.8, "partly")
     counts = [[claim[f"combinations_{v.replace(' ', '_')}"] for v in VERDICTS] for claim in data["claims"]]
     assert {None if None in count else sum(count) for count in counts} == {1, None}
     (first, *_) = data["runs"]["paper/event/hybrid"]["macro_collisions"]

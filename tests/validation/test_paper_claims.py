@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -11,10 +12,10 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.marching.records import Event
-from oblique_impact.validation.paper import claims
-from oblique_impact.validation.paper.claims import CLAIMS, judge_claims
+from oblique_impact.validation.paper import command
+from oblique_impact.validation.paper.command import judge_claims
 from oblique_impact.validation.paper.measures import MODELS, Models, force_difference, in_flight
-from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED
+from oblique_impact.validation.paper.rules import CLAIMS, NOT, PARTLY, REPRODUCED
 
 BY_ID = {claim.id: claim for claim in CLAIMS}
 MACROS = ((0.3, 0.34), (0.68, 0.71))
@@ -23,7 +24,7 @@ POINT = ("tip_x", "tip_vx", "tip_y", "tip_vy")
 PARTS = ("energy_kinetic", "energy_elastic", "energy_gravity")
 NAMES = (
     *("gap", "slip", "gap_rate", "slip_rate", "lambda_n", "lambda_tau", "theta", "theta_dot", "state", "energy"),
-    *("shortening", "shortening_rate", "deflection", "deflection_rate", *POINT, *PARTS),
+    *(*POINT, *PARTS),
 )
 
 
@@ -257,13 +258,13 @@ def test_a_finding_has_its_numbers_with_units(claim, runs, text):
 def test_verdicts_of_two_schemes_combine_and_those_of_all_combinations_are_counted(monkeypatch):
     """First touches 1.1 and 0.9 ms apart: with friction that matters in the fixed-step runs alone."""
     chosen = ("friction-matters", "first-collision", "states-interchange")
-    monkeypatch.setattr(claims, "CLAIMS", [BY_ID[name] for name in chosen])
+    monkeypatch.setattr(command, "CLAIMS", [BY_ID[name] for name in chosen])
     apart = {"fixed-step": touching(0.6811, 0.68, 0.68), "event": touching(0.6809, 0.68, 0.68)}
     runs = {}
     for scheme, models in apart.items():
         runs |= {f"paper/{scheme}/{name}": run for name, run in zip(MODELS, models, strict=True)}
         runs[f"rough/{scheme}/hybrid"] = hybrid(*CHANGING).hybrid
-    combined = [dict.fromkeys(BY_ID, REPRODUCED), dict.fromkeys(BY_ID, REPRODUCED) | {"friction-matters": NOT}]
+    combined = pd.DataFrame({"friction-matters": [REPRODUCED, NOT], "first-collision": 2 * [REPRODUCED]})
     found = judge_claims(runs, combined).set_index("id")
     assert found.loc["friction-matters", ["verdict_fixed_step", "verdict_event"]].tolist() == [REPRODUCED, NOT]
     counts = [f"combinations_{name}" for name in ("reproduced", "partly", "not_reproduced")]

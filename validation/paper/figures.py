@@ -15,7 +15,17 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.renders.envelope import drawn
 from oblique_impact.renders.style import SERIES, STATE_COLOURS
-from oblique_impact.validation.paper.measures import SCHEMES, Models, collisions, reversals, sticks, within
+from oblique_impact.validation.paper.measures import (
+    REVERSAL,
+    SCHEMES,
+    STICK,
+    Models,
+    Span,
+    collisions,
+    reversals,
+    sticks,
+    within,
+)
 from oblique_impact.validation.report import Picture, picture
 
 #: inches; half of an A4 page within its margins, so that the print is as large as drawn
@@ -33,70 +43,61 @@ _MARK: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "zorder": 6}
 REVERSAL_MARK: dict[str, Any] = {**_MARK, "marker": "v", "color": "black", "label": "slip reverses"}
 STICK_MARK: dict[str, Any] = {**_MARK, "marker": "o", "color": STATE_COLOURS[State.STICK], "label": "judged stick"}
 
-#: s, windows of enlargements: about the second macro-collision, and all that follows the first
-LATER, AFTER = (0.64, 0.76), (0.3, 1.0)
 #: pixels along the axes: what swings faster than they show is drawn as the range of its values with their mean
 _PIXELS = 450.0, 200.0
-
-_INERTIAL = (
-    "Inertial axes through O: the paper calls (X_F, Y_F) the position of P in the inertial system and gives O₁ in "
-    "it, although its Sec. 2 names the floating axes OXY; those are in Figs. 10f to 13f."
-)
 
 
 @dataclass(frozen=True)
 class Plot:
-    """One of the paper's figures: number, variable, title, axis label, and how its unit follows from SI.
+    """One of the paper's figures: number, variable, title, axis label, unit.
 
-    `collision` picks a macro-collision as the window of time, `span` one in s; `mark` is the instant (s) that the
-    paper names.
+    With a macro-collision (1 or 2) it shows that alone, in ms and mm, with its events and what the paper names.
     """
 
-    number: str
+    number: int
     variable: str
     title: str
     label: str
     unit: str
-    scale: float = 1.0
     collision: int = 0
-    mark: float | None = None
-    span: tuple[float, float] | None = None
     note: str = ""
 
     @property
-    def name(self) -> str:
-        """File name without suffix."""
-        return f"fig{self.number.zfill(2 if self.number.isdigit() else 3)}"
+    def factor(self) -> float:
+        """Factor from SI to the units drawn."""
+        return 1e3 if self.collision else 1.0
+
+    @property
+    def named(self) -> float:
+        """The instant (s) in its macro-collision that the paper names."""
+        return (REVERSAL, STICK)[self.collision - 1]
+
+    def spans(self, run: History) -> list[Span]:
+        """Return its macro-collision in a run, if there is one."""
+        return collisions(run)[self.collision - 1 : self.collision]
 
 
 _NO_IMPACTS = "Impulses of the impacts are not part of a force: they are in the table of runs."
-#: the paper's figures, in its order; those with a letter are enlargements (a) and the same in floating axes (f)
+_INERTIAL = (
+    "Inertial axes through O: the paper calls (X_F, Y_F) the position of P in the inertial system and gives O₁ in "
+    "it, although its Sec. 2 names the floating axes OXY."
+)
 PLOTS = (
-    Plot("2", "lambda_tau", "Tangential friction force", r"$\lambda_\tau$", "N", note=_NO_IMPACTS),
-    Plot("2a", "lambda_tau", "Friction force, 1st collision", r"$\lambda_\tau$", "N", collision=1),
-    Plot("3", "lambda_n", "Normal impact force", r"$\lambda_n$", "N", note=_NO_IMPACTS),
-    Plot("3a", "lambda_n", "Normal force, 1st collision", r"$\lambda_n$", "N", collision=1),
-    Plot("4", "energy", "Total mechanical energy", "$T + V$", "J"),
-    Plot("5", "energy_kinetic", "Kinetic energy", "$T$", "J"),
-    Plot("6", "energy_gravity", "Gravitational potential energy", "$V_G$", "J"),
-    Plot("7", "energy_elastic", "Elastic potential energy", "$V_E$", "J"),
-    Plot("5a", "energy_kinetic", "Kinetic energy, enlarged", "$T$", "J", span=LATER),
-    Plot("7a", "energy_elastic", "Elastic energy, enlarged", "$V_E$", "J", span=LATER),
-    Plot("8", "theta", "Rotation angle of joint O", r"$\theta$", "rad"),
-    Plot("9", "theta_dot", "Rotation angular velocity", r"$\dot\theta$", "rad/s"),
-    Plot("9a", "theta_dot", "Angular velocity, 1st collision", r"$\dot\theta$", "rad/s", collision=1),
-    Plot("10", "tip_x", "Impact point along inertial X", "$X_P$", "m", note=_INERTIAL),
-    Plot("11", "tip_vx", "Velocity along inertial X", r"$\dot X_P$", "m/s"),
-    Plot("12", "tip_y", "Impact point along inertial Y", "$Y_P$", "m"),
-    Plot("13", "tip_vy", "Velocity along inertial Y", r"$\dot Y_P$", "m/s"),
-    Plot("10f", "shortening", "As Fig. 10, floating frame", "$u_x(x_F)$", "mm", 1e3),
-    Plot("11f", "shortening_rate", "As Fig. 11, floating frame", r"$\dot u_x(x_F)$", "m/s"),
-    Plot("12f", "deflection", "As Fig. 12, floating frame", "$u_y(x_F)$", "mm", 1e3),
-    Plot("13f", "deflection_rate", "As Fig. 13, floating frame", r"$\dot u_y(x_F)$", "m/s"),
-    Plot("14", "slip", "Impact point along O₁X₁", r"$Z_\tau$", "m"),
-    Plot("14a", "slip", "As Fig. 14, after the 1st collision", r"$Z_\tau$", "mm", 1e3, span=AFTER),
-    Plot("15", "slip", "As Fig. 14, 1st macro-collision", r"$Z_\tau$", "mm", 1e3, 1, 0.325),
-    Plot("16", "slip", "As Fig. 14, 2nd macro-collision", r"$Z_\tau$", "mm", 1e3, 2, 0.699),
+    Plot(2, "lambda_tau", "Tangential friction force", r"$\lambda_\tau$", "N", note=_NO_IMPACTS),
+    Plot(3, "lambda_n", "Normal impact force", r"$\lambda_n$", "N", note=_NO_IMPACTS),
+    Plot(4, "energy", "Total mechanical energy", "$T + V$", "J"),
+    Plot(5, "energy_kinetic", "Kinetic energy", "$T$", "J"),
+    Plot(6, "energy_gravity", "Gravitational potential energy", "$V_G$", "J"),
+    Plot(7, "energy_elastic", "Elastic potential energy", "$V_E$", "J"),
+    Plot(8, "theta", "Rotation angle of joint O", r"$\theta$", "rad"),
+    Plot(9, "theta_dot", "Rotation angular velocity", r"$\dot\theta$", "rad/s"),
+    Plot(10, "tip_x", "Impact point along inertial X", "$X_P$", "m", note=_INERTIAL),
+    Plot(11, "tip_vx", "Velocity along inertial X", r"$\dot X_P$", "m/s"),
+    Plot(12, "tip_y", "Impact point along inertial Y", "$Y_P$", "m"),
+    Plot(13, "tip_vy", "Velocity along inertial Y", r"$\dot Y_P$", "m/s"),
+    Plot(14, "slip", "Impact point along O₁X₁", r"$Z_\tau$", "m"),
+    Plot(15, "slip", "As Fig. 14, 1st macro-collision", r"$Z_\tau$", "mm", collision=1),
+    Plot(16, "slip", "As Fig. 14, 2nd macro-collision", r"$Z_\tau$", "mm", collision=2),
 )
 
 
@@ -112,64 +113,59 @@ def draw(plot: Plot, schemes: Mapping[str, Models]) -> Picture:
 def draw_on(figure: Figure, plot: Plot, schemes: Mapping[str, Models]) -> None:
     """Draw one of the paper's figures on a figure of matplotlib's."""
     start, end = window(plot, schemes)
-    factor, unit = (1e3, "ms") if plot.collision else (1.0, "s")
     # the friction of the fixed-step runs would hide that of the others
     axes = figure.subplots(2, 1, sharex=True, sharey=plot.variable != "lambda_tau")
     for part, letter, (scheme, models) in zip(axes, "ab", schemes.items(), strict=True):
         for run, line in zip(models, MODEL_LINES, strict=True):
-            _draw_curve(part, plot, run, line, (start, end), factor)
-        if plot.mark is not None:
-            part.axvline(factor * plot.mark, **PAPER_LINE)
-            _mark_events(part, plot, models.hybrid, factor)
+            _draw_curve(part, plot, run, line, (start, end))
+        if plot.collision:
+            part.axvline(plot.factor * plot.named, **PAPER_LINE)
+            _mark_events(part, plot, models.hybrid)
         part.set_title(f"({letter}) {SCHEMES[scheme]}", fontsize=8.5, fontweight="normal")
         part.set_ylabel(f"{plot.label} ({plot.unit})")
-    axes[1].set(xlabel=f"time ({unit})", xlim=(factor * start, factor * end))
+    unit = "ms" if plot.collision else "s"
+    axes[1].set(xlabel=f"time ({unit})", xlim=(plot.factor * start, plot.factor * end))
     figure.suptitle(f"Fig. {plot.number}  {plot.title}", fontsize=9, fontweight="bold", x=0.01, ha="left")
-    shown = [*MODEL_LINES, *((REVERSAL_MARK, STICK_MARK, PAPER_LINE) if plot.mark is not None else ())]
+    shown = [*MODEL_LINES, *((REVERSAL_MARK, STICK_MARK, PAPER_LINE) if plot.collision else ())]
     handles = [Line2D([], [], **line) for line in shown]
     where: dict[str, Any] = {"loc": "outside lower center", "ncols": 3, "columnspacing": 0.9}
     figure.legend(handles=handles, **where, fontsize=8, handlelength=1.9)
 
 
-def window(plot: Plot, schemes: Mapping[str, Models]) -> tuple[float, float]:
+def window(plot: Plot, schemes: Mapping[str, Models]) -> Span:
     """Return the window of time (s) of a figure, the same for both schemes."""
     runs = [run for models in schemes.values() for run in models]
-    if plot.span:
-        return plot.span
     if not plot.collision:
         return 0.0, max(run.end_time for run in runs)
-    found = [span for run in runs for span in collisions(run)[plot.collision - 1 : plot.collision]]
-    found += [] if plot.mark is None else [(plot.mark, plot.mark)]
+    found = [(plot.named, plot.named), *(span for run in runs for span in plot.spans(run))]
     start, end = min(span[0] for span in found), max(span[1] for span in found)
     margin = 0.06 * (end - start)
     return start - margin, end + margin
 
 
-def _draw_curve(
-    axes: Axes, plot: Plot, run: History, line: dict[str, Any], window: tuple[float, float], factor: float
-) -> None:
+def _draw_curve(axes: Axes, plot: Plot, run: History, line: dict[str, Any], window: Span) -> None:
     start, end = window
     times, course = (within(run, name, start, end) for name in ("time", plot.variable))
-    course = plot.scale * course
+    course = plot.factor * course
     if plot.variable.startswith("lambda"):
         # forces act for milliseconds: of a band that narrow only the outline would show
-        axes.plot(factor * times, course, **line)
+        axes.plot(plot.factor * times, course, **line)
         return
     per_pixel = (end - start) / _PIXELS[0]
     shown = drawn((times - start) / per_pixel, course, float(np.ptp(course)) / _PIXELS[1])
     for band in shown.bands:
-        x = factor * (start + per_pixel * band.x)
+        x = plot.factor * (start + per_pixel * band.x)
         axes.fill_between(x, band.low, band.high, alpha=0.12, color=line["color"], linewidth=0.0)
         for bound in (band.low, band.high):
             axes.plot(x, bound, **{**line, "linewidth": 0.5 * line["linewidth"], "label": "_"})
-    axes.plot(factor * (start + per_pixel * shown.x), shown.y, **line)
+    axes.plot(plot.factor * (start + per_pixel * shown.x), shown.y, **line)
 
 
-def _mark_events(axes: Axes, plot: Plot, run: History, factor: float) -> None:
+def _mark_events(axes: Axes, plot: Plot, run: History) -> None:
     """Mark the hybrid model's reversals and sticks."""
-    for collision in collisions(run)[plot.collision - 1 : plot.collision]:
-        begun = [stay.start for stay in sticks(run, collision)]
-        for times, mark in ((reversals(run, collision), REVERSAL_MARK), (begun, STICK_MARK)):
+    for span in plot.spans(run):
+        begun = [stay.start for stay in sticks(run, span)]
+        for times, mark in ((reversals(run, span), REVERSAL_MARK), (begun, STICK_MARK)):
             if times:
-                places = [plot.scale * float(run.at(time)[plot.variable]) for time in times]
-                axes.plot(factor * np.array(times), places, **mark)
+                places = [plot.factor * float(run.at(time)[plot.variable]) for time in times]
+                axes.plot(plot.factor * np.array(times), places, **mark)

@@ -15,7 +15,6 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from oblique_impact.validation.report import number
 
 Array = NDArray[np.float64]
 #: start and end (s)
@@ -26,7 +25,6 @@ NAN = float("nan")
 REVERSAL, STICK = 0.325, 0.699
 #: times at which runs are compared
 _POINTS = 20_001
-
 
 #: contact.friction of the three models, in the order of the paper
 MODELS = ("hybrid", "frictionless", "modified-coulomb")
@@ -72,25 +70,20 @@ class Models(NamedTuple):
         return min(collisions(run)[0][0] for run in self if run.macro_collisions) * (1.0 - 1e-9)
 
     @property
+    def after_first(self) -> float:
+        """Time (s) at which the first macro-collision of all runs is over."""
+        return max(collision(run, 1)[1] for run in self)
+
+    @property
     def end(self) -> float:
         """Time (s) that all runs reach."""
         return min(run.end_time for run in self)
 
 
 def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, **changes: Any) -> Scenario:
-    """Return the paper's case with one of its two schemes and one of its three models.
-
-    Fixed steps judge stick as it is printed (Sec. 5.3), by the force alone.
-    """
-    return Scenario.builtin("paper").replace(
-        **{
-            "solver__stick": "force",
-            "contact__friction": model,
-            "solver__scheme": scheme,
-            "solver__output_interval": output_interval,
-            **changes,
-        }
-    )
+    """Return the paper's case; fixed steps judge stick as it is printed (Sec. 5.3), by the force alone."""
+    own = {"solver__stick": "force", "solver__scheme": scheme, "solver__output_interval": output_interval}
+    return Scenario.builtin("paper").replace(**own, contact__friction=model, **changes)
 
 
 def cases() -> dict[str, Scenario]:
@@ -99,20 +92,15 @@ def cases() -> dict[str, Scenario]:
     `paper` is behind figures 2 to 16.  `sticking` (a steep rough slope) and `rough` (the paper's slope with much
     friction) stick.
     """
-    steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE)
-    rough = paper(
-        "event",
-        contact__mu_static=ROUGH,
-        contact__mu_kinetic=ROUGH,
-        discretization__frame="mean-axis",
-        discretization__modes=3,
-    )
+    steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE, solver__stick="force")
+    friction: dict[str, Any] = {"contact__mu_static": ROUGH, "contact__mu_kinetic": ROUGH}
+    rough = paper("event", **friction, discretization__frame="mean-axis", discretization__modes=3)
     found = {f"paper/{scheme}/{model}": paper(scheme, model, FINE) for scheme, model in product(SCHEMES, MODELS)}
-    for group, scenario in (("sticking", steep), ("rough", rough)):
-        for scheme, model in product(SCHEMES, ("hybrid", "modified-coulomb")):
-            found[f"{group}/{scheme}/{model}"] = scenario.replace(
-                contact__friction=model, solver__scheme=scheme, solver__stick="force"
-            )
+    for (group, scenario), scheme, model in product(
+        {"sticking": steep, "rough": rough}.items(), SCHEMES, ("hybrid", "modified-coulomb")
+    ):
+        changed = scenario.replace(contact__friction=model, solver__scheme=scheme)
+        found[f"{group}/{scheme}/{model}"] = changed
     return found
 
 
@@ -128,19 +116,12 @@ def combinations() -> list[dict[str, Any]]:
 
 
 def run_light(scenario: Scenario) -> History:
-    """Simulate a scenario; returns its history without what varies along the beam, which would not fit in memory.
+    """Simulate a scenario; returns its history with the total `energy` (J).
 
-    It has the total `energy` (J) and the rates of the contact point's displacements in the floating frame,
-    `shortening_rate` and `deflection_rate` (m/s), besides.
+    What varies along the beam is left out: it would not fit in memory.
     """
     history = simulate(scenario)
-    tip = history.data.sel(station=scenario.contact.point, method="nearest")
-    data = history.data.drop_dims("station").assign(
-        energy=history.total_energy,
-        shortening_rate=("time", tip["ux_dot"].values),
-        deflection_rate=("time", tip["uy_dot"].values),
-    )
-    return replace(history, data=data)
+    return replace(history, data=history.data.drop_dims("station").assign(energy=history.total_energy))
 
 
 # --- one run
@@ -164,39 +145,25 @@ def collision(run: History, number: int) -> Span:
     return found[number - 1]
 
 
-def stays(run: History, during: Span | None = None) -> list[Stay]:
-    """Return the stays in contact that begin in the whole run or in a macro-collision."""
+def stays(run: History, during: Span) -> list[Stay]:
+    """Return the stays in contact that begin in a span of time."""
     ends = [event.time for event in run.events[1:]] + [run.end_time]
-    found = [
+    return [
         Stay(event.time, end, event.state, event.tangential_velocity)
         for event, end in zip(run.events, ends, strict=False)
-        if event.state != State.FREE
+        if event.state != State.FREE and during[0] <= event.time <= during[1]
     ]
-    return [stay for stay in found if during is None or during[0] <= stay.start <= during[1]]
 
 
 def sticks(run: History, during: Span | None = None) -> list[Stay]:
-    """Return the stays in the state STICK, in the whole run or in a macro-collision."""
-    return [stay for stay in stays(run, during) if stay.state == State.STICK]
+    """Return the stays in the state STICK that begin in a span of time, or in the whole run."""
+    return [stay for stay in stays(run, during or (0.0, run.end_time)) if stay.state == State.STICK]
 
 
 def longest(found: Sequence[Stay]) -> tuple[float, float]:
     """Return start and duration (s) of the longest of some stays; NaN and 0 if there is none."""
     stay = max(found, key=lambda stay: stay.duration, default=None)
     return (stay.start, stay.duration) if stay else (NAN, 0.0)
-
-
-def share_of_stick(run: History, among: Sequence[Span]) -> tuple[float, str]:
-    """Return the part of the time in contact that some macro-collisions stick, and that in words."""
-    contact = sum(stay.duration for during in among for stay in stays(run, during))
-    found = [stay for during in among for stay in sticks(run, during)]
-    if not found:
-        return 0.0, "no stick"
-    total, fastest = sum(stay.duration for stay in found), max(abs(stay.slip_rate) for stay in found)
-    share = total / contact if contact > 0.0 else 0.0
-    part = f"{number(1e6 * total, 3)} µs in all, {number(100.0 * share, 3)} % of the contact"
-    speed = f"slip velocity as they begin up to {number(1e3 * fastest, 3)} mm/s"
-    return share, f"{len(found)} stays judged as stick, {part}; {speed}"
 
 
 def reversals(run: History, during: Span) -> list[float]:
