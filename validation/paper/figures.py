@@ -43,6 +43,8 @@ _MARK: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "zorder": 6}
 REVERSAL_MARK: dict[str, Any] = {**_MARK, "marker": "v", "color": "black", "label": "slip reverses"}
 STICK_MARK: dict[str, Any] = {**_MARK, "marker": "o", "color": STATE_COLOURS[State.STICK], "label": "judged stick"}
 
+#: s, the instants that the paper names, by macro-collision
+NAMED = {1: REVERSAL, 2: STICK}
 #: pixels along the axes: what swings faster than they show is drawn as the range of its values with their mean
 _PIXELS = 450.0, 200.0
 
@@ -66,15 +68,6 @@ class Plot:
     def factor(self) -> float:
         """Factor from SI to the units drawn."""
         return 1e3 if self.collision else 1.0
-
-    @property
-    def named(self) -> float:
-        """The instant (s) in its macro-collision that the paper names."""
-        return (REVERSAL, STICK)[self.collision - 1]
-
-    def spans(self, run: History) -> list[Span]:
-        """Return its macro-collision in a run, if there is one."""
-        return collisions(run)[self.collision - 1 : self.collision]
 
 
 _NO_IMPACTS = "Impulses of the impacts are not part of a force: they are in the table of runs."
@@ -119,7 +112,7 @@ def draw_on(figure: Figure, plot: Plot, schemes: Mapping[str, Models]) -> None:
         for run, line in zip(models, MODEL_LINES, strict=True):
             _draw_curve(part, plot, run, line, (start, end))
         if plot.collision:
-            part.axvline(plot.factor * plot.named, **PAPER_LINE)
+            part.axvline(plot.factor * NAMED[plot.collision], **PAPER_LINE)
             _mark_events(part, plot, models.hybrid)
         part.set_title(f"({letter}) {SCHEMES[scheme]}", fontsize=8.5, fontweight="normal")
         part.set_ylabel(f"{plot.label} ({plot.unit})")
@@ -137,8 +130,10 @@ def window(plot: Plot, schemes: Mapping[str, Models]) -> Span:
     runs = [run for models in schemes.values() for run in models]
     if not plot.collision:
         return 0.0, max(run.end_time for run in runs)
-    found = [(plot.named, plot.named), *(span for run in runs for span in plot.spans(run))]
-    start, end = min(span[0] for span in found), max(span[1] for span in found)
+    found = [
+        time for run in runs for span in collisions(run)[plot.collision - 1 : plot.collision] for time in span
+    ] + [NAMED[plot.collision]]
+    start, end = min(found), max(found)
     margin = 0.06 * (end - start)
     return start - margin, end + margin
 
@@ -163,7 +158,7 @@ def _draw_curve(axes: Axes, plot: Plot, run: History, line: dict[str, Any], wind
 
 def _mark_events(axes: Axes, plot: Plot, run: History) -> None:
     """Mark the hybrid model's reversals and sticks."""
-    for span in plot.spans(run):
+    for span in collisions(run)[plot.collision - 1 : plot.collision]:
         begun = [stay.start for stay in sticks(run, span)]
         for times, mark in ((reversals(run, span), REVERSAL_MARK), (begun, STICK_MARK)):
             if times:

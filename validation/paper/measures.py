@@ -69,6 +69,10 @@ class Models(NamedTuple):
         """Time (s) just before any of the runs touches the slope."""
         return min(collisions(run)[0][0] for run in self if run.macro_collisions) * (1.0 - 1e-9)
 
+    def before(self, name: str) -> Array:
+        """Return the samples of a variable in the hybrid model before any of the runs touches the slope."""
+        return within(self.hybrid, name, 0.0, self.before_contact)
+
     @property
     def after_first(self) -> float:
         """Time (s) at which the first macro-collision of all runs is over."""

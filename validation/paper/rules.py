@@ -66,6 +66,8 @@ CLAIMS: list[Claim] = []
 
 def claim(place: str, paper: str, case: str = "paper", id: str = "") -> Callable[[Rule], Rule]:
     """Return the decorator that makes a function the rule of a claim, which has its name."""
+    # all figures are of this section
+    place = f"Sec. 7, {place}" if place.startswith("Fig") else place
 
     def add(rule: Rule) -> Rule:
         words = " ".join((rule.__doc__ or "").split())
@@ -105,7 +107,7 @@ def growth(found: list[float]) -> str:
     return verdict(first < second and not third <= second, first < second)
 
 
-@claim("Sec. 7, Fig. 2", "The first macro-collision occurs at t ≈ 0.325 s.")
+@claim("Fig. 2", "The first macro-collision occurs at t ≈ 0.325 s.")
 def first_collision(models: Models) -> Finding:
     """reproduced: 0.325 s lies in the hybrid model's first macro-collision, at most 2 ms from its middle; partly:
     it lies in it"""
@@ -116,7 +118,7 @@ def first_collision(models: Models) -> Finding:
 
 
 @claim(
-    "Sec. 7, Fig. 2",
+    "Fig. 2",
     "The friction of the hybrid and of the modified Coulomb model generally coincide during the first collision.",
 )
 def friction_coincides(models: Models) -> Finding:
@@ -125,14 +127,14 @@ def friction_coincides(models: Models) -> Finding:
     return graded(first, 0.1, 0.3), f"difference {number(first, 3)}"
 
 
-@claim("Sec. 7, Fig. 2", "Some slight differences still exist between them.")
+@claim("Fig. 2", "Some slight differences still exist between them.")
 def friction_slight_difference(models: Models) -> Finding:
     """reproduced: D₁ > 10⁻⁶"""
     first = differences(models, "lambda_tau")[0]
     return verdict(first > 1e-6), f"difference {number(first, 3)}"
 
 
-@claim("Sec. 7, Fig. 2", "The differences increase gradually in subsequent collisions.")
+@claim("Fig. 2", "The differences increase gradually in subsequent collisions.")
 def friction_drifts_apart(models: Models) -> Finding:
     """D as above for macro-collisions 1, 2, 3, as far as both runs have them; reproduced: it grows with each;
     partly: D₁ < D₂"""
@@ -140,16 +142,14 @@ def friction_drifts_apart(models: Models) -> Finding:
     return growth(found), f"differences in collisions {in_words(found)}"
 
 
-@claim(
-    "Sec. 7, Fig. 3", "The normal forces of the three models agree fairly well during the first macro-collision."
-)
+@claim("Fig. 3", "The normal forces of the three models agree fairly well during the first macro-collision.")
 def normal_coincides(models: Models) -> Finding:
     """largest D₁ of the three pairs; reproduced: ≤ 0.1; partly: ≤ 0.3"""
     first = differences(models, "lambda_n")[0]
     return graded(first, 0.1, 0.3), f"largest difference {number(first, 3)}"
 
 
-@claim("Sec. 7, Fig. 3", "The curves of the normal force become separated during subsequent collisions.")
+@claim("Fig. 3", "The curves of the normal force become separated during subsequent collisions.")
 def normal_separates(models: Models) -> Finding:
     """largest D of the three pairs in macro-collisions 2 and 3, as far as all runs have them; reproduced: each is
     at least 0.3 and larger than D₁; partly: one is"""
@@ -159,8 +159,7 @@ def normal_separates(models: Models) -> Finding:
 
 
 @claim(
-    "Sec. 7, Fig. 3",
-    "The differences between the times of impact are slight at first and become increasingly obvious.",
+    "Fig. 3", "The differences between the times of impact are slight at first and become increasingly obvious."
 )
 def impact_times_spread(models: Models) -> Finding:
     """spread of the three models' first touches in macro-collisions 1, 2, 3, as far as all have them; reproduced:
@@ -196,15 +195,15 @@ def friction_matters(models: Models) -> Finding:
 # --- energies (Figs. 4 to 7)
 
 
-@claim("Sec. 7, Fig. 4", "During the initial collision-free stage the total mechanical energy remains constant.")
+@claim("Fig. 4", "During the initial collision-free stage the total mechanical energy remains constant.")
 def energy_constant_before(models: Models) -> Finding:
     """largest relative change up to the first touch; reproduced: ≤ 10⁻⁶; partly: ≤ 10⁻³"""
-    energy = within(models.hybrid, "energy", 0.0, models.before_contact)
+    energy = models.before("energy")
     drift = float(np.max(np.abs(energy / energy[0] - 1.0)))
     return graded(drift, 1e-6, 1e-3), f"{number(float(energy[0]))} J, relative drift {number(drift, 2)}"
 
 
-@claim("Sec. 7, Fig. 4", "The collision can cause considerable loss of energy.")
+@claim("Fig. 4", "The collision can cause considerable loss of energy.")
 def considerable_loss(models: Models) -> Finding:
     """reproduced: the first macro-collision takes at least 10 % of the total mechanical energy"""
     time = in_flight(models, 1)
@@ -230,20 +229,20 @@ def ordering(models: Models, holds: Callable[[float, float, float], bool]) -> Fi
     return verdict(all(held), any(held)), "; ".join(parts)
 
 
-@claim("Sec. 7, Fig. 4", "The energy loss calculated using the hybrid model is the largest.")
+@claim("Fig. 4", "The energy loss calculated using the hybrid model is the largest.")
 def hybrid_loses_most(models: Models) -> Finding:
     """total energy of hybrid / frictionless / modified Coulomb in flight after collisions 1 and 2 and at the end;
     reproduced: the hybrid model's is the smallest each time; partly: at least once"""
     return ordering(models, lambda hybrid, frictionless, modified: hybrid < min(frictionless, modified))
 
 
-@claim("Sec. 7, Fig. 4", "The energy loss calculated using the nontangential friction model is the smallest.")
+@claim("Fig. 4", "The energy loss calculated using the nontangential friction model is the smallest.")
 def frictionless_loses_least(models: Models) -> Finding:
     """as above; reproduced: the frictionless model's energy is the largest each time; partly: at least once"""
     return ordering(models, lambda hybrid, frictionless, modified: frictionless > max(hybrid, modified))
 
 
-@claim("Sec. 7, Fig. 4", "Tangential friction can cause some energy loss to the system.")
+@claim("Fig. 4", "Tangential friction can cause some energy loss to the system.")
 def friction_dissipates(models: Models) -> Finding:
     """reproduced: the work taken by friction in the hybrid model is positive"""
     energy = models.hybrid.balance
@@ -253,28 +252,28 @@ def friction_dissipates(models: Models) -> Finding:
 
 
 @claim(
-    "Sec. 7, Figs. 5–7",
+    "Figs. 5–7",
     "During the initial stage kinetic and gravitational energy convert mutually; elastic energy is tiny.",
 )
 def exchange_before(models: Models) -> Finding:
     """largest elastic energy over the change of gravitational energy; reproduced: ≤ 10⁻³; partly: ≤ 10⁻²"""
-    exchanged = float(np.ptp(within(models.hybrid, "energy_gravity", 0.0, models.before_contact)))
-    elastic = float(np.max(within(models.hybrid, "energy_elastic", 0.0, models.before_contact)))
+    exchanged = float(np.ptp(models.before("energy_gravity")))
+    elastic = float(np.max(models.before("energy_elastic")))
     text = f"{number(exchanged, 4)} J exchanged, elastic at most {number(elastic, 2)} J"
     return graded(elastic / exchanged, 1e-3, 1e-2), text
 
 
-@claim("Sec. 7, Figs. 5–7", "After the collision the elastic potential energy is no longer zero.")
+@claim("Figs. 5–7", "After the collision the elastic potential energy is no longer zero.")
 def elastic_after(models: Models) -> Finding:
     """reproduced: its largest value in the first macro-collision is at least 100 times that before"""
-    before = float(np.max(within(models.hybrid, "energy_elastic", 0.0, models.before_contact)))
+    before = float(np.max(models.before("energy_elastic")))
     after = float(np.max(within(models.hybrid, "energy_elastic", *collision(models.hybrid, 1))))
     text = f"largest {number(before, 2)} J before, {number(after, 4)} J in the first collision"
     return verdict(after >= 100.0 * before), text
 
 
 @claim(
-    "Sec. 7, Figs. 5–7",
+    "Figs. 5–7",
     "After the first macro-collision the kinetic, gravitational and elastic energies of the hybrid model "
     "are all smaller than those of the other two.",
 )
@@ -301,14 +300,14 @@ def largest_difference(models: Models, names: tuple[str, ...], end: float) -> fl
     return max(float(np.max(np.ptp(v, axis=0))) / (float(np.max(np.abs(v))) or 1.0) for v in courses)
 
 
-@claim("Sec. 7, Figs. 8–13", "The curves obtained using the three models are all the same before collision.")
+@claim("Figs. 8–13", "The curves obtained using the three models are all the same before collision.")
 def same_before(models: Models) -> Finding:
     """largest difference relative to each curve's largest value; reproduced: ≤ 10⁻⁹; partly: ≤ 10⁻⁶"""
     worst = largest_difference(models, (*POINT, "theta", "theta_dot", "slip"), models.before_contact)
     return graded(worst, 1e-9, 1e-6), f"largest relative difference {number(worst, 2)}"
 
 
-@claim("Sec. 7, Figs. 10–13", "After the impact the curves no longer coincide well, owing to friction.")
+@claim("Figs. 10–13", "After the impact the curves no longer coincide well, owing to friction.")
 def different_after(models: Models) -> Finding:
     """reproduced: the largest relative difference reaches 1 %"""
     before, after = (largest_difference(models, POINT, end) for end in (models.before_contact, models.end))
@@ -316,7 +315,7 @@ def different_after(models: Models) -> Finding:
     return verdict(after >= 0.01 and after > before), text
 
 
-@claim("Sec. 7, Figs. 10–13", "The varying tendencies of the curves are generally similar.")
+@claim("Figs. 10–13", "The varying tendencies of the curves are generally similar.")
 def similar_after(models: Models) -> Finding:
     """smallest correlation coefficient with the hybrid model after the first macro-collision, inertial
     displacements and velocities; reproduced: ≥ 0.9; partly: ≥ 0.5"""
@@ -328,21 +327,19 @@ def similar_after(models: Models) -> Finding:
 
 
 @claim(
-    "Sec. 7, Fig. 14",
+    "Fig. 14",
     "The tangential displacement first increases to its maximum and then decreases during the initial "
     "collision-free stage.",
 )
 def maximum_before(models: Models) -> Finding:
     """reproduced: it rises and falls by more than 1 mm before the first touch"""
-    slip, times = (within(models.hybrid, name, 0.0, models.before_contact) for name in ("slip", "time"))
+    slip, times = (models.before(name) for name in ("slip", "time"))
     first, most, last, when = map(float, (slip[0], slip.max(), slip[-1], times[slip.argmax()]))
     text = f"from {number(first, 4)} up to {number(most, 4)} m at {when:.4f} s, down to {number(last, 4)} m"
     return verdict(min(most - first, most - last) > 1e-3), text
 
 
-@claim(
-    "Sec. 7, Fig. 14", "After collision the change in displacement becomes smaller with the number of collisions."
-)
+@claim("Fig. 14", "After collision the change in displacement becomes smaller with the number of collisions.")
 def changes_shrink(models: Models) -> Finding:
     """largest minus smallest tangential position in each flight; reproduced: it falls from flight to flight;
     partly: it is largest before the first collision"""
@@ -370,16 +367,14 @@ def share_of_stick(run: History, among: list[Span]) -> tuple[float, str]:
     return share, f"{len(found)} stays judged as stick, {part}; {speed}"
 
 
-@claim(
-    "Sec. 7, Figs. 14, 15", "Only slip occurs during the first macro-collision; the impact point keeps sliding."
-)
+@claim("Figs. 14, 15", "Only slip occurs during the first macro-collision; the impact point keeps sliding.")
 def slip_only_first(models: Models) -> Finding:
     """time in the state stick over time in contact; reproduced: 0; partly: ≤ 1 %"""
     share, text = share_of_stick(models.hybrid, [collision(models.hybrid, 1)])
     return graded(share, 0.0, 0.01), text
 
 
-@claim("Sec. 7, Fig. 15", "The direction of slip changes at t ≈ 0.325 s.")
+@claim("Fig. 15", "The direction of slip changes at t ≈ 0.325 s.")
 def direction_changes(models: Models) -> Finding:
     """the reversal in contact nearest to 0.325 s; reproduced: within 0.5 ms; partly: within 3 ms"""
     times = reversals(models.hybrid, collision(models.hybrid, 1))
@@ -389,7 +384,7 @@ def direction_changes(models: Models) -> Finding:
     return graded(off, 5e-4, 3e-3), f"reversals at {', '.join(f'{time:.4f} s' for time in times)}"
 
 
-@claim("Sec. 7, Fig. 14", "Stick and slip both occur during subsequent collisions.")
+@claim("Fig. 14", "Stick and slip both occur during subsequent collisions.")
 def sticks_later(models: Models) -> Finding:
     """time in the state stick over time in contact after the first macro-collision; reproduced: at least 1 %;
     partly: more than 0"""
@@ -399,8 +394,7 @@ def sticks_later(models: Models) -> Finding:
 
 
 @claim(
-    "Sec. 7, Fig. 16",
-    "The impact point remains in the slip state during the initial stage of the second macro-collision.",
+    "Fig. 16", "The impact point remains in the slip state during the initial stage of the second macro-collision."
 )
 def slips_at_first(models: Models) -> Finding:
     """reproduced: the first state of contact in it is slip"""
@@ -412,7 +406,7 @@ def slips_at_first(models: Models) -> Finding:
     return verdict(state == State.SLIP), f"from {start:.4f} s, first state {state.name.lower()}"
 
 
-@claim("Sec. 7, Fig. 16", "The second macro-collision is under way at t ≈ 0.699 s.")
+@claim("Fig. 16", "The second macro-collision is under way at t ≈ 0.699 s.")
 def second_collision(models: Models) -> Finding:
     """reproduced: 0.699 s lies in the hybrid model's second macro-collision; partly: at most 5 ms away"""
     start, end = collision(models.hybrid, 2)
@@ -420,7 +414,7 @@ def second_collision(models: Models) -> Finding:
     return graded(off, 0.0, 5e-3), f"{start:.4f} s to {end:.4f} s, {number(1e3 * off, 3)} ms away"
 
 
-@claim("Sec. 7, Fig. 16", "It changes to the stick state at t ≈ 0.699 s.", id="stick-at-0.699")
+@claim("Fig. 16", "It changes to the stick state at t ≈ 0.699 s.", id="stick-at-0.699")
 def stick_at_0_699(models: Models) -> Finding:
     """the longest stay in the state stick of the second macro-collision, if it lasts 0.1 ms; reproduced: it begins
     within 2 ms of 0.699 s; partly: within 5 ms"""
@@ -430,7 +424,7 @@ def stick_at_0_699(models: Models) -> Finding:
     return graded(off, 2e-3, 5e-3), text if duration else "no stick"
 
 
-@claim("Sec. 7, Fig. 16", "It remains viscous (sticking) until the second macro-collision ends.")
+@claim("Fig. 16", "It remains viscous (sticking) until the second macro-collision ends.")
 def stick_to_the_end(models: Models) -> Finding:
     """reproduced: the last release of the second macro-collision is out of the state stick"""
     _, end = second = collision(models.hybrid, 2)
@@ -439,9 +433,7 @@ def stick_to_the_end(models: Models) -> Finding:
     return verdict(left < 1e-6), text
 
 
-@claim(
-    "Sec. 7, Fig. 2", "The modified Coulomb model cannot reflect the static stage of friction.", case="sticking"
-)
+@claim("Fig. 2", "The modified Coulomb model cannot reflect the static stage of friction.", case="sticking")
 def modified_cannot_stick(models: Models) -> Finding:
     """scenario sticking, second half of the hybrid model's longest stick: the modified Coulomb model's tip moves
     at least 1,000 times as far as the hybrid model's, which moves at most 10⁻⁸ m (reproduced) or 10⁻⁴ m
@@ -457,7 +449,7 @@ def modified_cannot_stick(models: Models) -> Finding:
     return verdict(apart and held <= 1e-8, apart and held <= 1e-4), f"{start:.4f} s to {end:.4f} s: {moves}"
 
 
-@claim("Sec. 7, Fig. 2", "Stick and slip can interchange when the hybrid model is used.", case="rough")
+@claim("Fig. 2", "Stick and slip can interchange when the hybrid model is used.", case="rough")
 def states_interchange(models: Models) -> Finding:
     """the paper's slope with μ = 12 (three mean-axis modes); reproduced: slip goes over into stick and stick into
     slip, with at least 1 ms of stick"""
