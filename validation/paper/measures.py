@@ -103,8 +103,7 @@ def cases() -> dict[str, Scenario]:
     for (group, scenario), scheme, model in product(
         {"sticking": steep, "rough": rough}.items(), SCHEMES, ("hybrid", "modified-coulomb")
     ):
-        changed = scenario.replace(contact__friction=model, solver__scheme=scheme)
-        found[f"{group}/{scheme}/{model}"] = changed
+        found[f"{group}/{scheme}/{model}"] = scenario.replace(contact__friction=model, solver__scheme=scheme)
     return found
 
 
