@@ -9,15 +9,13 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.fem_beam.exact.scheme import ExactScheme
 from oblique_impact.fem_beam.exact.sections import ElasticSections
-from oblique_impact.fem_beam.exact.stop import PointOnSide
-from oblique_impact.fem_beam.exact.system import ExactSystem, beam_of, touchings_of
+from oblique_impact.fem_beam.exact.system import ExactSystem, beam_of, places_of, touchings_of
 from oblique_impact.marching.loop import Run, Status
-from oblique_impact.marching.problem import MultiContact, Problem
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.several import run_of
-from oblique_impact.problem import NEAR, Parts, beam_tolerances, contact_machine
+from oblique_impact.problem import NEAR, Parts, beam_tolerances, contact_machine, contacts_at
 from oblique_impact.scenario.scenario import Scenario
 
 #: steps that are timed to estimate the time of the whole run: some hundredths of a second
@@ -34,30 +32,23 @@ def exact_problem(
     """
     beam, scheme, driven = beam_of(scenario, sections), ExactScheme(), scenario.root.kind == "driven"
     system = ExactSystem(scenario, beam, motion or base_motion_of(scenario.root), touchings_of(scenario, beam))
-    tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
-    ends = [(at.law.stiffness, at.extent) for at in system.touchings] or [(scenario.contact.stiffness, ())]
-    machines = [contact_machine(scenario, scheme, tolerances, Parts(), *each) for each in ends]
-    several = MultiContact(
-        ContactMachines(machines, beam.size),
-        tuple(at.obstacle for at in system.touchings),
-        tuple(isinstance(at, PointOnSide) for at in system.touchings),
-        tuple(float(beam.x[at.node]) if isinstance(at, PointOnSide) else 0.0 for at in system.touchings),
-        system.heirs,
-    )
+    tolerances, places = beam_tolerances(scenario, Sections.from_scenario(scenario).mass), places_of(scenario)
+    several = contacts_at(places, scenario, beam.size, scheme, tolerances) if places else None
+    stiffness, extent = scenario.contact.stiffness, scenario.slope.extent
     q = beam.straight(scenario.initial.angle)
     speed = system.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
     return Problem(
         system,
         q,
         beam.turning(q, speed),
-        machine=machines[0],
+        machine=contact_machine(scenario, scheme, tolerances, Parts(), stiffness, extent),
         scheme=scheme,
         end_time=scenario.end_time,
         output_interval=scenario.solver.output_interval,
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
         breakpoints=system.breakpoints,
-        multi_contact=several if system.touchings else None,
+        multi_contact=several and several._replace(heirs=system.heirs),
     )
 
 

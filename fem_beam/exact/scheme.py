@@ -74,6 +74,8 @@ class ExactStepper:
         self.system: ExactSystem = prepared.system
         self.scratch, self.limits, self._recorder = prepared.scratch, limits, prepared.own
         self._scenario, self._touchings = self.system.scenario, self.system.touchings
+        # samples are due at the end of a call too, unless it is that of the run
+        self._sampled = limits._replace(t_stop=self._scenario.end_time)
         arrays = phase.arrays
         self._phases = [phase_of(phase, arrays, i) for i in range(len(self._touchings))] if arrays else []
         self._closed = {
@@ -144,8 +146,7 @@ class ExactStepper:
         counts = self.scratch.samples.counts
         kept = counts[KEPT]
         if step.guard == NO_GUARD:
-            # also at the end of the call, unless it is that of the run
-            keep_sample(step.end, y, self.limits._replace(t_stop=self._scenario.end_time), self.scratch.samples)
+            keep_sample(step.end, y, self._sampled, self.scratch.samples)
         if step.guard != NO_GUARD or counts[KEPT] > kept or step.end == self.limits.t_stop:
             self._recorder.averages.request(step.end)
         return step

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.beam import contact_places
+from oblique_impact.beam.beam import ContactPlace, contact_places
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
@@ -28,12 +28,16 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     return ExactBeam(ends, elastic, own.tip_mass, own.hub_inertia, own.hub_radius)
 
 
-def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
+def places_of(scenario: Scenario) -> list[ContactPlace]:
     """Return the places where a beam can touch; the contact point on the slope also where contact is disabled."""
-    if not scenario.contact.enabled and scenario.contact.where == "anywhere":
-        return []
+    several = scenario.contact.where == "anywhere"
+    return [] if several and not scenario.contact.enabled else contact_places(scenario)
+
+
+def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
+    """Return the contacts of these places."""
     found = list[Touching]()
-    for place in contact_places(scenario):
+    for place in places_of(scenario):
         law, at = ElasticStop(place.stiffness, scenario.contact.damping), [float(x) for x in place.numbers]
         common = beam, place.obstacle, law, place.extent
         if place.on_side:
@@ -104,16 +108,16 @@ class ExactSystem:
         return Workspace(none, none, none[None], Vectors.new(self.beam.size))
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Kinematics of the own place."""
-        return self.approach(t, q, qd, False, w)
+        """Kinematics of the own place, zeros if there is none."""
+        return self.touch(self.place, t, q, qd, w) if self.touchings else self.approach(t, q, qd, False, w)
+
+    def approach(self, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
+        """Return zeros: each place is asked for its own."""
+        return Evaluation(*[0.0] * 9)
 
     def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
         """Leave accelerations at zero."""
         return True
-
-    def approach(self, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
-        """Kinematics of the own place, zeros if there is none."""
-        return self.touch(self.place, t, q, qd, w) if self.touchings else Evaluation(*[0.0] * 9)
 
     def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Kinematics of one place."""
