@@ -42,7 +42,7 @@ class Scheme(ABC):
 
     @property
     def stick_criterion(self) -> StickCriterion | None:
-        """Criterion that distinguishes stick from slip at the ends of steps; None if transitions are located."""
+        """Criterion by which the scheme distinguishes stick from slip; None if the transition table does."""
         return None
 
     @property

@@ -270,6 +270,7 @@ def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
     assert corner[0].first_place == pytest.approx(1.0003 / 1.0007, abs=5e-4)
     springs = 0.5 * np.sum(march.normal**2, axis=1) / 1e4
     assert np.ptp(march.energy + springs) < 1e-11
+    assert [contact.energy_loss for contact in record.contacts] == pytest.approx([0.0] * 4, abs=1e-11)
 
 
 def test_the_tip_that_slides_off_the_inner_end_of_a_side_falls():
