@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.beam import Beam, FullBeam
+from oblique_impact.beam.beam import Beam, ContactPlace, FullBeam
 from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
@@ -126,7 +127,9 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
-    multi_contact = _multi_contact(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
+    multi_contact = None
+    if s.contact.where == "anywhere" and s.contact.enabled and beam.contact_places:
+        multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts)
     if multi_contact:
         machine = multi_contact.machines.machines[0]
     else:
@@ -149,17 +152,21 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     )
 
 
-def _multi_contact(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> MultiContact | None:
-    """Return the places where a beam can touch obstacles with their transition tables; None if there are none."""
-    s, places = beam.scenario, beam.contact_places
-    if not places or not s.contact.enabled:
-        return None
+def contacts_at(
+    places: Sequence[ContactPlace],
+    scenario: Scenario,
+    size: int,
+    scheme: Scheme,
+    tolerances: Tolerances,
+    parts: Parts = Parts(),
+) -> MultiContact:
+    """Return places that can touch, at least one, with their transition tables; `size` coordinates are marched."""
     machines = [
-        contact_machine(s, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side)
+        contact_machine(scenario, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side)
         for place in places
     ]
     return MultiContact(
-        ContactMachines(machines, beam.size),
+        ContactMachines(machines, size),
         tuple(place.obstacle for place in places),
         tuple(place.on_side for place in places),
         tuple(place.numbers[0] for place in places),

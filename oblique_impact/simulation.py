@@ -28,11 +28,11 @@ from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.loop import Run, Status
+from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.marching.several import MultiContactRun
+from oblique_impact.marching.several import run_of
 from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -222,8 +222,7 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
-        run = MultiContactRun if problem.multi_contact else Run
-        record = run(problem, on_progress).execute()
+        record = run_of(problem, on_progress).execute()
         return record, marching.seconds
 
 

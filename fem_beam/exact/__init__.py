@@ -4,7 +4,7 @@
 `ExactBeam`        elements, strains, energies, forces
 `ElasticSections`  stiffnesses and inertias
 `advance`          a step in time, `equilibrium` a state of rest
-`Run`              the loop with its contact states
+`exact_problem`    a scenario as a problem for the loop of all methods
 `spectrum`         refuses: frequencies are those of the other discretizations
 """
 
@@ -15,12 +15,21 @@ from typing import NoReturn
 from oblique_impact.errors import InputError
 from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
 from oblique_impact.fem_beam.exact.history import simulate
-from oblique_impact.fem_beam.exact.run import Run
+from oblique_impact.fem_beam.exact.run import exact_problem
 from oblique_impact.fem_beam.exact.sections import ElasticSections
 from oblique_impact.fem_beam.exact.step import advance, equilibrium
 from oblique_impact.scenario.scenario import Scenario
 
-__all__ = ["ElasticSections", "ExactBeam", "Run", "Stage", "advance", "equilibrium", "simulate", "spectrum"]
+__all__ = [
+    "ElasticSections",
+    "ExactBeam",
+    "Stage",
+    "advance",
+    "equilibrium",
+    "exact_problem",
+    "simulate",
+    "spectrum",
+]
 
 
 def spectrum(scenario: Scenario) -> NoReturn:

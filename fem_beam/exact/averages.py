@@ -8,7 +8,6 @@ they are linear; where forces may jump a stretch ends, and its last and first fo
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -58,12 +57,15 @@ class Averages:
     """
 
     def __init__(self) -> None:
+        #: forces that were requested, by time (s): of the stretch up to it, and of the one that begins there
+        self.before: dict[float, Forces] = {}
+        self.after: dict[float, Forces] = {}
         self._means: list[_Mean] = []
-        self._requests: list[tuple[float, Callable[[Forces], None]]] = []
+        self._requests: list[tuple[float, dict[float, Forces]]] = []
 
-    def request(self, time: float, store: Callable[[Forces], None]) -> None:
-        """Call `store` with the forces at an instant (s) as soon as they are known; not if no step is near."""
-        self._requests.append((time, store))
+    def request(self, time: float, begins: bool = False) -> None:
+        """Keep the forces at an instant (s), where a stretch may begin; there are none if no step is near."""
+        self._requests.append((time, self.after if begins else self.before))
 
     def add(self, start: float, end: float, forces: Forces) -> None:
         """Take the mean forces of the next step."""
@@ -92,9 +94,9 @@ class Averages:
         self._means[-1] = self._means[-1].joined(last)
 
     def _answer_request(self) -> None:
-        time, store = self._requests.pop(0)
+        time, found = self._requests.pop(0)
         if self._means:
-            store(self._at(time))
+            found[time] = self._at(time)
 
     def _at(self, time: float) -> Forces:
         """Return the forces at an instant: between middles of steps, or beyond the last or the first of them."""

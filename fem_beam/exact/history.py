@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,18 +10,21 @@ import numpy as np
 from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.clearance import smallest_distance
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
-from oblique_impact.contact.state import INSTANT, State
-from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
-from oblique_impact.fem_beam.exact.run import Run, Sample
+from oblique_impact.contact.state import State
+from oblique_impact.fem_beam.exact.averages import Averages, Forces
+from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam, Stage
+from oblique_impact.fem_beam.exact.run import exact_problem, exact_run
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
-from oblique_impact.fem_beam.exact.stop import PointOnSide
+from oblique_impact.fem_beam.exact.stop import Place, PointOnSide
+from oblique_impact.fem_beam.exact.system import ExactSystem
 from oblique_impact.history.history import History, beam_history
-from oblique_impact.history.sample_times import ascending
-from oblique_impact.history.samples import GAP, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Column, Samples
-from oblique_impact.marching.loop import Status
+from oblique_impact.history.samples import LAMBDA_N, LAMBDA_T, Column, Samples, contact_variables, gather
+from oblique_impact.kernels.compiling import clock
+from oblique_impact.marching.loop import Run, Status
 from oblique_impact.scenario.scenario import Scenario
 
 #: samples that are processed at a time
@@ -47,11 +49,10 @@ def simulate(
     `motion` of a driven root replace those of the scenario.
     """
     # overflow in a step is handled: the iterations do not converge
-    with np.errstate(all="ignore"):
-        run, started = Run(scenario, on_progress, sections, motion), time.perf_counter()
+    with np.errstate(all="ignore"), clock() as marching:
+        run = exact_run(exact_problem(scenario, sections, motion), on_progress)
         run.execute()
-        wall = time.perf_counter() - started
-        return _Frame(run).history(wall)
+        return _Frame(run).history(marching.seconds)
 
 
 class _Stations(NamedTuple):
@@ -98,91 +99,84 @@ class _Frame:
     """The samples of a run, seen from the floating frame of its scenario."""
 
     def __init__(self, run: Run) -> None:
-        self.run, self.scenario, self.beam = run, run.scenario, run.beam
-        self.q = np.array([sample.stage.q for sample in run.samples])
-        self.v = np.array([sample.stage.v for sample in run.samples])
-        self.time = ascending(np.array([sample.time for sample in run.samples]))
-        s = self.scenario
+        system: ExactSystem = run.problem.system
+        self.record, self.scenario, self.beam, self.touchings = (
+            run.record,
+            system.scenario,
+            system.beam,
+            system.touchings,
+        )
+        s, weight = self.scenario, self.beam.weight(self.scenario.gravity)
+        samples = gather(
+            run.record.segments,
+            self.beam.size,
+            lambda time, q, v: Energies(self.beam.kinetic_energy(v), self.beam.elastic_energy(q), -q @ weight),
+        )
+        self.q, self.v, self.states = samples.q, samples.qd, samples.each
+        self.places = [
+            [touching.place(Stage(q, v)) for touching in self.touchings]
+            for q, v in zip(self.q, self.v, strict=True)
+        ]
+        self.forces = self._kept_forces(run)
+        self.samples = self._with_stick(samples)
         self.sections = Sections.from_scenario(s)
-        self._several = s.contact.where == "anywhere" and bool(run.contacts)
+        self._several = s.contact.where == "anywhere" and bool(self.touchings)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
 
+    def _kept_forces(self, run: Run) -> list[Forces]:
+        """Return the forces of steps at the samples; at the last of one time, those of the steps behind it."""
+        averages: Averages = run.prepared.own.averages
+        averages.cut()
+        time, found = np.concatenate([segment.times for segment in run.record.segments]).tolist(), list[Forces]()
+        for before, now, after, q, v in zip([None, *time], time, [*time[1:], None], self.q, self.v, strict=False):
+            begins = before == now != after
+            kept, other = averages.before.get(now), averages.after.get(now)
+            forces = other if begins or kept is None else kept
+            if forces is None:
+                at_once = self.beam.resultants(q, v, self.scenario.beam.kelvin_voigt)
+                forces = Forces(*at_once, np.zeros(len(self.touchings)))
+            found.append(forces)
+        return found
+
+    def _with_stick(self, samples: Samples) -> Samples:
+        """Give sticking contacts the forces of the steps around a sample.
+
+        Stick ends where the mean of a step is at the edge of the cone: at its end it would be beyond.
+        """
+        contacts, scalars = samples.contacts.copy(), samples.scalars.copy()
+        edge = self.scenario.contact.mu_static * contacts[:, :, LAMBDA_N]
+        reactions = np.array([forces.reactions for forces in self.forces])
+        held = np.clip(reactions, -edge, edge)
+        contacts[:, :, LAMBDA_T] = np.where(samples.each == State.STICK, held, contacts[:, :, LAMBDA_T])
+        scalars[:, LAMBDA_T] = contacts[:, :, LAMBDA_T].sum(axis=1)
+        return samples._replace(contacts=contacts, scalars=scalars)
+
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
-        samples = self._samples()
-        variables = {**samples.variables(), **self._at_the_contact(), **self._along(), "station": self.stations.x}
-        if self._several:
-            variables |= self._of_contacts(samples.contacts)
-        return beam_history(self.scenario, self.run.record, samples, variables, self.section_forces, wall)
-
-    def _samples(self) -> Samples:
-        run = self.run
-        contacts = self._instants()
-        state = np.array([max(sample.states, default=State.FREE) for sample in run.samples], dtype=np.int8)
-        quadratures = np.zeros((len(run.samples), len(run.totals)))
-        quadratures[-1] = run.totals
-        weight = self.beam.weight(self.scenario.gravity)
-        energies = self.beam.kinetic_energy(self.v), self.beam.elastic_energy(self.q), -self.q @ weight
-        none, depth = np.zeros((len(run.samples), 0)), np.zeros(len(run.samples))
-        if contacts.shape[1]:
-            depth = np.max(np.where(self.states == State.FREE, 0.0, np.maximum(0.0, -contacts[:, :, GAP])), axis=1)
-        scalars = self._nearest(contacts)
-        return Samples(
-            self.time, self.q, self.v, none, quadratures, state, scalars, *energies, depth, contacts, self.states
-        )
-
-    @cached_property
-    def states(self) -> Column:
-        """States of the contacts (samples, n)."""
-        return np.array([sample.states for sample in self.run.samples], dtype=np.int8)
-
-    def _instants(self) -> Array:
-        """Return the fields of `Instant` of each contact, (samples, n, 13)."""
-        found = np.zeros((len(self.run.samples), len(self.run.contacts), INSTANT))
-        for row, sample in zip(found, self.run.samples, strict=True):
-            for instant, place in zip(row, sample.places, strict=True):
-                instant[:4] = place[:4]
-            row[:, LAMBDA_N], row[:, LAMBDA_T] = sample.normal, sample.tangential
-        return found
-
-    def _nearest(self, contacts: Array) -> Array:
-        """Return (samples, 13): kinematics of the contact with the smallest distance, forces of all together."""
-        found = np.zeros((len(contacts), INSTANT))
-        if contacts.shape[1]:
-            touchings = [contact.touching for contact in self.run.contacts]
-            first, last = np.array([touching.extent or (-np.inf, np.inf) for touching in touchings]).T
-            slip = contacts[:, :, SLIP]
-            gaps = contacts[:, :, GAP] * np.array([sample.sides for sample in self.run.samples])
-            distance = np.where((first <= slip) & (slip <= last), gaps, np.inf)
-            found = contacts[np.arange(len(contacts)), np.argmin(distance, axis=1)]
-            found[:, [LAMBDA_N, LAMBDA_T]] = contacts[:, :, [LAMBDA_N, LAMBDA_T]].sum(axis=1)
-        return found
-
-    def _of_contacts(self, contacts: Array) -> dict[str, Column]:
-        """Return the variables of several contacts, each (samples, n), from the fields of `Instant` of each."""
-        places = [sample.places for sample in self.run.samples]
-
-        def column(name: str) -> np.ndarray[Any, Any]:
-            return np.array([[getattr(place, name) for place in row] for row in places])
-
-        point, normal, along = column("point"), contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T]
-        force = normal * column("normal") + along * column("tangent")
-        touchings = [contact.touching for contact in self.run.contacts]
-        return {
-            "contact_obstacle": np.array([touching.obstacle for touching in touchings], dtype=np.int16),
-            "contact_place": column("x"),
-            "contact_x": point.real,
-            "contact_y": point.imag,
-            "contact_gap": contacts[:, :, GAP],
-            "contact_slip": contacts[:, :, SLIP],
-            "contact_slip_rate": contacts[:, :, SLIP_RATE],
-            "contact_lambda_n": normal,
-            "contact_lambda_tau": along,
-            "contact_fx": force.real,
-            "contact_fy": force.imag,
-            "contact_state": self.states,
+        variables = {
+            **self.samples.variables(),
+            **self._at_the_contact(),
+            **self._along(),
+            "station": self.stations.x,
         }
+        if self._several:
+            variables |= self._of_contacts()
+        else:
+            self.record.events = [event._replace(obstacle=0, place=0.0) for event in self.record.events]
+        return beam_history(self.scenario, self.record, self.samples, variables, self.section_forces, wall)
+
+    def _column(self, name: str) -> np.ndarray[Any, Any]:
+        """Return a field of the places (samples, n)."""
+        return np.array([[getattr(place, name) for place in row] for row in self.places])
+
+    def _of_contacts(self) -> dict[str, Column]:
+        """Return the variables of several contacts, each (samples, n)."""
+        contacts = self.samples.contacts
+        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T]
+        force = normal * self._column("normal") + along * self._column("tangent")
+        obstacles = [touching.obstacle for touching in self.touchings]
+        return contact_variables(self.samples, obstacles, self._column("x"), self._column("point"), force)
 
     @cached_property
     def frame(self) -> tuple[Array, Array]:
@@ -253,7 +247,7 @@ class _Frame:
         found: dict[str, Column] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         x = self.stations.x
         modulus = self.sections.fibre_distance(x) / self.sections.second_moment(x)
-        return found | {"bending_stress": modulus * found["moment"], "time": self.time, "station": x}
+        return found | {"bending_stress": modulus * found["moment"], "time": self.samples.time, "station": x}
 
     def _section_forces(self, part: slice) -> dict[str, Array]:
         """Moment, its slope along the beam, and the force along the frame's axis, of some samples.
@@ -262,7 +256,7 @@ class _Frame:
         the sections themselves is left out.  What contact forces add is taken out before the rest, which is
         smooth, is carried from Gauss points to stations.
         """
-        kept = [sample.forces for sample in self.run.samples[part]]
+        kept = self.forces[part]
         fields, samples, theta = self.beam.fields(self.q[part]), len(kept), self.frame[0][part, None, None]
         force = np.exp(1j * fields.rotation) * np.array([forces.force for forces in kept])
         by_name = {
@@ -272,7 +266,7 @@ class _Frame:
         }
         inside, outside = (self._of_loads(part, x) for x in (self.beam.points.ravel(), self.stations.x))
         found = {name: np.empty((samples, self.stations.x.size)) for name in by_name}
-        loaded = [self._loaded(sample) for sample in self.run.samples[part]]
+        loaded = [self._loaded(*each) for each in zip(self.states[part], self.places[part], strict=True)]
         for elements in set(loaded):
             rows = np.array([each == elements for each in loaded])
             smooth = self._recovery(elements).T
@@ -281,13 +275,13 @@ class _Frame:
                 found[name][rows] = taken @ smooth + outside[name][rows]
         return found
 
-    def _loaded(self, sample: Sample) -> frozenset[int]:
+    def _loaded(self, states: Column, places: Sequence[Place]) -> frozenset[int]:
         """Return the elements that a point pushes inside of them: there section forces cannot jump."""
-        ends, contacts = self.beam.ends[1:-1], zip(self.run.contacts, sample.states, sample.places, strict=True)
+        ends, contacts = self.beam.ends[1:-1], zip(self.touchings, states, places, strict=True)
         return frozenset(
             int(np.searchsorted(ends, place.x))
-            for contact, state, place in contacts
-            if state is not State.FREE and not isinstance(contact.touching, PointOnSide)
+            for touching, state, place in contacts
+            if state != State.FREE and not isinstance(touching, PointOnSide)
         )
 
     def _recovery(self, without: frozenset[int]) -> Array:
@@ -300,8 +294,9 @@ class _Frame:
         beam, theta = self.beam, self.frame[0][part]
         found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
         tangents, axis = beam.fields(self.q[part]).tangent.reshape(len(theta), -1), _complex(self.q[part])
-        for row, sample in enumerate(self.run.samples[part]):
-            for place, normal, tangential in zip(sample.places, sample.normal, sample.tangential, strict=True):
+        for row, contacts in enumerate(zip(self.places[part], self.samples.contacts[part], strict=True)):
+            for place, numbers in zip(*contacts, strict=True):
+                normal, tangential = numbers[LAMBDA_N], numbers[LAMBDA_T]
                 load = normal * place.normal + tangential * place.tangent
                 if load == 0.0:
                     continue

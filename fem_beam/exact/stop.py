@@ -274,3 +274,15 @@ class Contact:
         if factor <= 0.0:
             return 0.0, 0.0
         return k * depth * factor, -0.5 * k * factor - k * depth * c / length
+
+    def gained(self, q0: Array, q1: Array, reaction: float, length: float) -> tuple[float, float, float, float]:
+        """Impulses (N s), and losses by friction and the stop's damping (J), of a step from q0 to q1 (3 n,).
+
+        `reaction` (N) is the force that keeps the point where it is if it sticks.
+        """
+        rows = self.touching.rows(q0, q1)
+        force, _ = self.normal_force(rows.gap0, rows.gap1, length)
+        tangential = reaction if self.sticks else self.friction * force
+        elastic = -0.5 * self.touching.law.stiffness * (rows.gap0 + rows.gap1)
+        friction = -tangential * float(rows.tangential @ (q1 - q0))
+        return force * length, tangential * length, friction, (force - elastic) * (rows.gap0 - rows.gap1)

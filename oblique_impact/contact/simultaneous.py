@@ -155,7 +155,10 @@ class ContactMachines:
             if instant.gap < -self.tolerances.gap and beyond:
                 below[i] = machine.below()
             elif (
-                instant.gap <= self.tolerances.gap and instant.gap_rate <= self.tolerances.velocity and not beyond
+                instant.gap <= self.tolerances.gap
+                and instant.gap_rate <= self.tolerances.velocity
+                and not beyond
+                and not (machine.stick_criterion and machine.stick_criterion.located)  # falls in the first step
             ):
                 touching.append(i)
         if len(touching) == 1:
@@ -178,7 +181,7 @@ class ContactMachines:
         own, machine = phase_of(phase, arrays, i), self.machines[i]
         others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
         if self.compliant and machine.stick_criterion:
-            # a scheme that does not locate transitions: those of others come at the ends of the next steps
+            # the scheme itself distinguishes stick from slip: transitions of others come in the next steps
             seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)
             return Change.of_one(i, machine.after_guard(own, which, seen))
         if which == DEFINITE:

@@ -104,9 +104,10 @@ class ContactProbe(Protocol):
 
 
 class StickCriterion(NamedTuple):
-    """How a scheme that does not locate transitions distinguishes stick from slip; see `can_stick`."""
+    """How a scheme distinguishes stick from slip itself; see `can_stick`."""
 
     stopping_time: float  # s; the length of a step, or infinite for the paper's literal criterion
+    located: bool = False  # transitions are located, and their guards say what follows
 
     @property
     def arrests(self) -> bool:
@@ -126,7 +127,7 @@ class ContactMachine:
     baumgarte : Baumgarte
         Stabilization of the contact constraints.
     stick_criterion : StickCriterion, optional
-        Of a scheme that distinguishes stick from slip at the ends of its steps.  Default: transitions are located.
+        Of a scheme that distinguishes stick from slip itself.  Default: transitions are located, the table does.
     contact_law : ContactLaw, optional
         Law of a compliant stop; then contact begins and ends without an impulse.  Default: a rigid stop.
     extent : tuple of float
@@ -149,6 +150,8 @@ class ContactMachine:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances = tolerances
         self.stick_criterion = stick_criterion
+        #: of a scheme that notices transitions late, at the ends of its steps
+        self._late = None if stick_criterion is None or stick_criterion.located else stick_criterion
         self._open = Phase()
         self.extent = extent
         self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
@@ -214,8 +217,7 @@ class ContactMachine:
         if self.is_beyond(probe.instant.slip):
             return Transition(self.below(), None, at_end=AtEnd.FALLS_PAST)
         if self.contact_law is not None:
-            opened = self.closed_phase._replace(residual=Residual(*map(float, probe.residual)))
-            return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)
+            return Transition(self.pressed(probe), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
             phase = self.closed(probe.instant, ahead=probe.slip_rate_ahead)
             return Transition(phase, None if phase.state == State.FREE else EventKind.IMPACT)
@@ -235,6 +237,11 @@ class ContactMachine:
         kind = EventKind.REBOUND if phase.state == State.FREE else EventKind.IMPACT
         return Transition(phase, kind, impulse)
 
+    def pressed(self, probe: ContactProbe) -> Phase:
+        """Return the state in which a contact on a compliant stop begins."""
+        opened = self.closed_phase._replace(residual=Residual(*map(float, probe.residual)))
+        return self.closed(inclined(opened, probe.instant), opened)
+
     def _impulse(self, instant: Instant, restitution: float) -> Impulse:
         """Return the impulse of the impact law in plain numbers: a user-defined one may have others."""
         return Impulse(*map(float, self.impact_law.impulse(instant, restitution)))
@@ -249,7 +256,7 @@ class ContactMachine:
             return False
         flight = 2.0 * after.gap_rate / -after.gap_acceleration
         height = 0.25 * flight * after.gap_rate
-        lowest = max(4.0 * self.tolerances.gap, -after.gap if self.stick_criterion else 0.0)
+        lowest = max(4.0 * self.tolerances.gap, -after.gap if self._late else 0.0)
         return height < lowest or flight < self.tolerances.flight
 
     def closed(
@@ -266,11 +273,7 @@ class ContactMachine:
             return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))
         if abs(rate) > self.tolerances.velocity:
             # slip that ends within a step is found at its end, unless the force alone decides (the paper)
-            if (
-                self.stick_criterion is None
-                or self.stick_criterion.arrests
-                or not self._holds(contact, instant, static)
-            ):
+            if self._late is None or self._late.arrests or not self._holds(contact, instant, static):
                 return self._slide_or_free(contact, instant, _direction(rate))
             return stick_at(contact, instant)
         resting = instant._replace(slip_rate=0.0)
@@ -335,7 +338,7 @@ class ContactMachine:
         if force.status != OK:
             raise RunEnded(Outcome.PAINLEVE)
         pushes = force.normal > 0.0
-        if self.stick_criterion:  # a contact noticed below the slope is pushed out by its stabilization
+        if self._late:  # a contact noticed below the slope is pushed out by its stabilization
             pushes = pushes or sliding_force(phase, instant).normal > 0.0
         return phase if pushes else self.free()
 
@@ -347,7 +350,7 @@ class ContactMachine:
     def _arrest(self, contact: Phase, instant: Instant) -> Transition:
         """Set the slip velocity to zero by an impulse that leaves the gap rate unchanged."""
         phase = stick_at(contact, instant)
-        if self.stick_criterion is None or not self.stick_criterion.arrests:
+        if self._late is None or not self._late.arrests:
             return Transition(phase, EventKind.STICK)
         if self.contact_law is not None:
             arrest = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
@@ -357,11 +360,11 @@ class ContactMachine:
         return Transition(phase, EventKind.STICK, arrest=arrest)
 
     def _leave_stick(self, phase: Phase, guard: int, instant: Instant) -> Transition:
-        if self.stick_criterion and self.stick_criterion.arrests:
+        if self._late and self._late.arrests:
             # the force that would hold it decides, not a slip velocity that is rounding or stabilization
             direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
             return Transition(self.slide(phase, 0.0, direction), EventKind.SLIP)
-        if self.stick_criterion:
+        if self._late:
             return Transition(self.slide(phase, instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
         # guard LOWER: lambda_tau reached +static lambda_n, so the contact slips backwards
         direction = 1 if guard == UPPER else -1
@@ -371,11 +374,7 @@ class ContactMachine:
     def _next_branch(self, phase: Phase, guard: int, instant: Instant) -> Transition:
         upward = guard == UPPER
         # a located kink is where the slip velocity is, up to rounding that could fall on either side of it
-        kink = (
-            instant.slip_rate
-            if self.stick_criterion
-            else (phase.friction.upper if upward else phase.friction.lower)
-        )
+        kink = instant.slip_rate if self._late else (phase.friction.upper if upward else phase.friction.lower)
         following = self.slide(phase, kink, 1 if upward else -1)
         reversed_ = direction_of(phase) * direction_of(following) < 0
         return Transition(following, EventKind.REVERSAL if reversed_ else None)

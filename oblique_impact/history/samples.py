@@ -170,18 +170,28 @@ def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
         normals[:, i] = 1j * side * tangent / np.abs(tangent)
         points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]
     along = np.array([1.0 if at.on_side else at.numbers[4] for at in places])
-    normal_force, tangential_force = numbers[:, :, LAMBDA_N], numbers[:, :, LAMBDA_T]
-    force = normals * (normal_force - 1j * along * tangential_force)
+    force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * numbers[:, :, LAMBDA_T])
+    return contact_variables(samples, [at.obstacle for at in places], place, points, force)
+
+
+def contact_variables(
+    samples: Samples, obstacles: Sequence[int], place: Column, points: Column, force: Column
+) -> dict[str, Column]:
+    """Return the variables of n contacts with obstacles (n,), each (samples, n).
+
+    They are at places along the beam (m) and at points x + i y (m), the force is that on the beam (N).
+    """
+    numbers = samples.contacts
     return {
-        "contact_obstacle": np.array([at.obstacle for at in places], dtype=np.int16),
+        "contact_obstacle": np.array(obstacles, dtype=np.int16),
         "contact_place": place,
         "contact_x": points.real,
         "contact_y": points.imag,
-        "contact_gap": gap,
-        "contact_slip": slip,
+        "contact_gap": numbers[:, :, GAP],
+        "contact_slip": numbers[:, :, SLIP],
         "contact_slip_rate": numbers[:, :, SLIP_RATE],
-        "contact_lambda_n": normal_force,
-        "contact_lambda_tau": tangential_force,
+        "contact_lambda_n": numbers[:, :, LAMBDA_N],
+        "contact_lambda_tau": numbers[:, :, LAMBDA_T],
         "contact_fx": force.real,
         "contact_fy": force.imag,
         "contact_state": samples.each,

@@ -1,6 +1,7 @@
 """Compiling with numba: numeric source is written once and runs compiled or interpreted.
 
 `jitable`            marks a function that kernels call
+`vectorized`         gives a loop another form for interpreted source
 `kernel`             makes an entry point: compiled for packed systems, interpreted for user-defined ones in Python
 `compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
 `by_reference`       hands a named tuple on by its address
@@ -29,7 +30,7 @@ import numba
 from numba import types
 from numba.core import event
 from numba.core.errors import NumbaError
-from numba.extending import overload_method, register_jitable
+from numba.extending import overload, overload_method, register_jitable
 
 from oblique_impact.kernels.compiling import announce
 
@@ -100,6 +101,16 @@ def inlined(function: F) -> F:
     """Mark a `jitable` function that does little but name things: calls of it cost nothing."""
     decorated: F = register_jitable(forceinline=True, **_INNER_OPTIONS)(function)
     return decorated
+
+
+def vectorized(plain: F) -> Callable[[F], F]:
+    """Let the function `plain` run in interpreted source in place of a loop, which there is slow."""
+
+    def mark(loop: F) -> F:
+        overload(plain, jit_options={"forceinline": True, **_INNER_OPTIONS}, strict=False)(lambda *_: loop)
+        return plain
+
+    return mark
 
 
 def compiled_protocol(cls: C) -> C:

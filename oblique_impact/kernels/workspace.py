@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.jit import inlined
+from oblique_impact.kernels.jit import inlined, vectorized
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,11 @@ def dot(a: Array, b: Array) -> float:
     return total
 
 
-@inlined
+def _assign(source: Array, target: Array) -> None:
+    target[:] = source
+
+
+@vectorized(_assign)
 def copy(source: Array, target: Array) -> None:
     """Copy one vector (an assignment of slices compiles to far more code)."""
     for i in range(source.shape[0]):

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, OK
-from oblique_impact.kernels.jit import by_reference, compiled_protocol, inlined, jitable, kernel
+from oblique_impact.kernels.jit import by_reference, compiled_protocol, inlined, jitable, kernel, vectorized
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
 
@@ -132,7 +134,11 @@ def refused(status: int, proposed: float) -> Step:
     return Step(status, False, 0.0, proposed, NO_GUARD, 0.0, 0.0, 0.0)
 
 
-@jitable
+def _all_bounded(y: Array, s: Scratch) -> bool:
+    return bool(np.all(np.abs(y[: s.scales.size]) < UNBOUNDED * s.scales))
+
+
+@vectorized(_all_bounded)
 def bounded(y: Array, s: Scratch) -> bool:
     """Whether coordinates and velocities are finite and below 1e12 of their scales."""
     scales, beyond = s.scales, 0

@@ -101,7 +101,7 @@ class Run:
         tolerances = problem.machine.tolerances
         self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, max(contacts, 1))
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
-        self._prepared = Prepared(problem.system, self._scratch, own)
+        self.prepared = Prepared(problem.system, self._scratch, own)
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(surface=Surface(enabled=bool(problem.contact)))
         self._before: Phase | None = None
@@ -164,7 +164,7 @@ class Run:
         problem = self.problem
         while True:
             limits = Limits(float(end), float(problem.output_interval), self._steps_per_call)
-            stepper = problem.scheme.stepper(self._prepared, self._phase, self._before, limits)
+            stepper = problem.scheme.stepper(self.prepared, self._phase, self._before, limits)
             progress = march(stepper, self._now, self._y)
             self._now = progress.state
             self._keep(progress)
@@ -338,7 +338,8 @@ class Run:
         passed = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9))
         self._scratch.samples.counts[NEXT] = passed + 1
         self._now = StepState(t, self._now.h, t, 0, 0)
-        self._y[self._kept :] = np.nan  # what a scheme keeps ends with a phase
+        # what a scheme keeps ends with a phase
+        self.problem.scheme.fill_extra_state(self.prepared, self._phase, self._y, self._y[self._kept :])
         contact = self._sample(self._phase)
         arm(self._phase, self._scratch, guard_values(self._phase, contact))
 

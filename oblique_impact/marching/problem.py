@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -25,6 +25,8 @@ class MultiContact(NamedTuple):
     obstacles: tuple[int, ...]  # (n,) of each contact: the slope is 0, the others count from 1
     on_side: tuple[bool, ...]  # whether a point of the beam touches a side; else a fixed point touches the beam
     places: tuple[float, ...]  # m along the beam, of points of the beam
+    #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
+    heirs: Mapping[int, int] | None = None
 
     def place(self, contact: int, slip: float) -> float:
         """Return the place (m along the beam) of a contact at its slip (m)."""

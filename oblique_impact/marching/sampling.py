@@ -19,7 +19,7 @@ from oblique_impact.contact.state import (
     Phase,
 )
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy
 from oblique_impact.marching.equations import OF_A_CONTACT, QUADRATURES, derivative
 
 EVALUATION = len(Evaluation._fields)
@@ -123,8 +123,7 @@ def observe_into(
         if reported:
             forces = states[i, tail + d : tail + d + 2 * max(n, 1)]
             c = _reported(phase.arrays, system, phase, times[i], q, qd, forces, w)
-            for j in range(d):
-                qdd[i, j] = states[i, tail + j]
+            copy(states[i, tail : tail + d], qdd[i])
         else:
             status, c = derivative(system, phase, times[i], states[i], w, dy)
             undefined = status != 0

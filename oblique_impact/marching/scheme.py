@@ -9,9 +9,12 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from oblique_impact.contact.state import Phase
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.system import NormalModes
+from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Stepper
 from oblique_impact.marching.buffers import Scratch
 
@@ -39,7 +42,7 @@ class Scheme(ABC):
 
     @property
     def stick_criterion(self) -> StickCriterion | None:
-        """Criterion that distinguishes stick from slip at the ends of steps; None if transitions are located."""
+        """Criterion by which the scheme distinguishes stick from slip; None if the transition table does."""
         return None
 
     @property
@@ -58,12 +61,16 @@ class Scheme(ABC):
         """Raise InputError if this cannot march; called before a run of a user-defined integrator."""
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
-        """Entries of the state vector behind the quadratures, of a system of `size`; NaN as a phase starts.
+        """Entries of the state vector behind the quadratures, of a system of `size`; see `fill_extra_state`.
 
         The first `size` + 2 `contacts` of them, if there are any, are the acceleration and the normal and
         tangential force of each contact to report.
         """
         return 0
+
+    def fill_extra_state(self, prepared: Prepared, phase: Phase, y: Array, extra: Array) -> None:
+        """Fill these entries as a phase starts at y; by default with NaN: they follow from the first step."""
+        extra[:] = np.nan
 
     def steps_per_call(self, size: int) -> int:
         """Return after how many steps a march returns, so that progress and interrupts are prompt.

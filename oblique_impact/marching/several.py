@@ -158,16 +158,18 @@ class MultiContactRun(Run):
         for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and contacts.machines.compliant]:
             own = probe.of(i).instant
             for j, machine in enumerate(machines):
-                if (contacts.obstacles[j], contacts.on_side[j]) != (
-                    contacts.obstacles[i],
-                    not contacts.on_side[i],
-                ):
+                kinds = (
+                    (contacts.obstacles[j], contacts.on_side[j]),
+                    (contacts.obstacles[i], not contacts.on_side[i]),
+                )
+                if kinds[0] != kinds[1] or (contacts.heirs is not None and contacts.heirs.get(i) != j):
                     continue
                 other = probe.of(j).instant
                 apart = contacts.place(i, own.slip) - contacts.place(j, other.slip)
                 flies = self._state(self._phase, j).state == State.FREE
-                if flies and other.gap < 0.0 and abs(apart) < -own.gap and not machine.is_beyond(other.slip):
-                    change.phases[j] = machine.touch(probe.of(j)).phase
+                meets = contacts.heirs is not None or not machine.is_beyond(other.slip)
+                if flies and other.gap < 0.0 and abs(apart) < -own.gap and meets:
+                    change.phases[j] = machine.pressed(probe.of(j))
                     change.events.append((j, EventKind.IMPACT))
 
     def _change(self, leaving: Phase, change: Change, probe: MultiContactProbe) -> None:
@@ -231,14 +233,14 @@ class MultiContactRun(Run):
 
         It is the scheme's where fixed steps notice contacts late, and the stop's where a contact is handed over.
         """
-        gone = {contact for contact, _ in change.passages}
+        gone, criterion = [contact for contact, _ in change.passages], self.problem.machine.stick_criterion
         for i, state in change.phases.items():
             law, was = self.contacts.machines.machines[i].contact_law, self._state(leaving, i).state
             if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
                 energy = law.energy(before[i].gap, 0.0)
                 if gone:
-                    self._add_to(i, 0.0, 0.0, 0.0, -energy)
-                else:
+                    self._add_to(gone[0], 0.0, 0.0, 0.0, -energy)  # what it hands over is not lost
+                elif criterion is None or not criterion.located:
                     self._quadratures()[STABILIZATION_LOSS] += -energy if was == State.FREE else energy
 
     @property
@@ -338,3 +340,8 @@ def _nearest(sides: Array, ends: Array, each: Array, instants: Array) -> Array:
         found[:, column] = each[:, :, column].sum(axis=1)
     found[:, TANGENTIAL_FORCE + 1 :] = instants[:, TANGENTIAL_FORCE + 1 :]
     return found
+
+
+def run_of(problem: Problem, on_progress: Callable[[Status], None] | None = None) -> Run:
+    """Return the run of a problem, with one contact or several."""
+    return (MultiContactRun if problem.multi_contact else Run)(problem, on_progress)

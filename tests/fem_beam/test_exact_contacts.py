@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from oblique_impact import History, Scenario, simulate
+from oblique_impact.beam.beam import Energies
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Run, Stage
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, exact_problem
 from oblique_impact.fem_beam.exact import simulate as simulate_exact
 from oblique_impact.fem_beam.exact.stop import PointOnBeam
+from oblique_impact.history.samples import LAMBDA_N, gather
+from oblique_impact.marching.records import Record
+from oblique_impact.marching.several import run_of
 from oblique_impact.validation.runs import NEAR
 
 PEGS = ({"kind": "point", "origin": [0.4, -2e-3]}, {"kind": "point", "origin": [0.72, -4e-3], "radius": 1e-3})
@@ -146,7 +151,7 @@ def pegs() -> History:
 
 def test_forces_at_their_places_turn_the_beam(pegs):
     """The angular momentum about the pin changes by the moments of weight and contact forces."""
-    beam = Run(pegs.scenario).beam
+    beam = exact_problem(pegs.scenario).system.beam
     q, v, time = pegs["q"].values, pegs["qd"].values, pegs["time"].values
     momentum = [beam.angular_momentum(a, b) for a, b in zip(q, v, strict=True)]
     weight = beam.weight(pegs.scenario.gravity)
@@ -216,21 +221,35 @@ def test_points_of_the_beam_get_nodes_and_meet_a_side():
     assert abs(found.balance["unaccounted"]) < 1e-11
 
 
-def thrown(speed: float, extent: list[float]) -> Run:
-    """A soft bar that lies on a table is thrown lengthwise (m/s), and is marched."""
+def thrown(speed: float, extent: list[float]) -> Thrown:
+    """A soft bar that lies on a table is thrown lengthwise (m/s)."""
     table = {"kind": "side", "origin": [0.0, -1e-6], "extent": extent, "stiffness": 1e4}
     keys = ("initial.angular_velocity=0", "end_time=0.008", "contact.friction=frictionless")
     given = scenario(*keys, "solver.output_interval=1e-3", obstacles=[table])
-    march = Run(given, sections=replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
-    march.stage.v[0::3] += speed * march.beam.x
-    march.execute()
-    return march
+    problem = exact_problem(given, replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
+    beam = problem.system.beam
+    problem.qd0[0::3] += speed * beam.x
+    record = run_of(problem).execute()
+
+    def energies(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> Energies:
+        return Energies(beam.kinetic_energy(v), beam.elastic_energy(q), -q @ beam.weight(given.gravity))
+
+    found = gather(record.segments, beam.size, energies)
+    return Thrown(
+        record,
+        np.concatenate([segment.times for segment in record.segments]),
+        found.contacts[:, :, LAMBDA_N],
+        found.kinetic + found.elastic + found.gravity,
+    )
 
 
-def beam_energy(march: Run, stage: Stage) -> float:
-    beam = march.beam
-    weight = beam.weight(march.scenario.gravity)
-    return float(beam.kinetic_energy(stage.v) + beam.elastic_energy(stage.q) - stage.q @ weight)
+class Thrown(NamedTuple):
+    """A run with the normal forces (N) of its contacts and the energy (J) of the beam at its samples."""
+
+    record: Record
+    times: np.ndarray
+    normal: np.ndarray
+    energy: np.ndarray
 
 
 def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
@@ -243,15 +262,15 @@ def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
     assert back.place == pytest.approx(-1.0, abs=1e-12)  # of the corner on the beam
     for passage in record.passages:
         assert [event.kind.value for event in record.events if event.time == passage.time] == ["release", "impact"]
-        before, after = (sample.normal.sum() for sample in march.samples if sample.time == passage.time)
+        before, after = march.normal[march.times == passage.time].sum(axis=1)
         assert before > 0.05
         assert after == pytest.approx(before, rel=1e-6)
     corner = [contact for contact in record.contacts if contact.start == off.time]
     assert [contact.end for contact in corner] == [back.time]
     assert corner[0].first_place == pytest.approx(1.0003 / 1.0007, abs=5e-4)
-    energies = [beam_energy(march, sample.stage) for sample in march.samples]
-    springs = [0.5 * np.sum(sample.normal**2) / 1e4 for sample in march.samples]
-    assert np.ptp(np.add(energies, springs)) < 1e-11
+    springs = 0.5 * np.sum(march.normal**2, axis=1) / 1e4
+    assert np.ptp(march.energy + springs) < 1e-11
+    assert [contact.energy_loss for contact in record.contacts] == pytest.approx([0.0] * 4, abs=1e-11)
 
 
 def test_the_tip_that_slides_off_the_inner_end_of_a_side_falls():
@@ -261,12 +280,11 @@ def test_the_tip_that_slides_off_the_inner_end_of_a_side_falls():
     assert (tip.how.value, tip.place) == ("slides off", pytest.approx(0.9997, abs=1e-8))
     assert (corner.how.value, corner.place) == ("slides off", pytest.approx(-1.0, abs=1e-8))
     assert [event.kind.value for event in march.record.events] == ["impact", "impact", "release", "release"]
-    samples = [sample for sample in march.samples if sample.time == corner.time]
-    assert samples[-1].normal.sum() == 0.0 < samples[0].normal.sum()
+    normal = march.normal[march.times == corner.time]
+    assert normal[-1].sum() == 0.0 < normal[0].sum()
     lost = sum(contact.energy_loss for contact in march.record.contacts)
-    assert lost == pytest.approx(0.5 * np.sum(samples[0].normal ** 2) / 1e4, rel=1e-6)
-    start, end = (beam_energy(march, march.samples[k].stage) for k in (0, -1))
-    assert start - end == pytest.approx(lost, rel=1e-6)
+    assert lost == pytest.approx(0.5 * np.sum(normal[0] ** 2) / 1e4, rel=1e-6)
+    assert march.energy[0] - march.energy[-1] == pytest.approx(lost, rel=1e-6)
 
 
 def test_section_forces_jump_where_pegs_push_as_those_of_modes_do():

@@ -1,0 +1,291 @@
+"""The energy-consistent step as a scheme: transitions are located within steps, a trial step decides on stick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import ceil, inf
+
+import numpy as np
+from scipy.optimize import brentq
+
+from oblique_impact.contact.forces import OK, guards_of
+from oblique_impact.contact.several import phase_of
+from oblique_impact.contact.state import (
+    FREE,
+    GUARDS,
+    LOWER,
+    SLIDING,
+    STICKING,
+    UPPER,
+    Guards,
+    Instant,
+    Phase,
+)
+from oblique_impact.contact.transitions import StickCriterion
+from oblique_impact.fem_beam.exact.averages import Averages, Forces
+from oblique_impact.fem_beam.exact.beam import Stage
+from oblique_impact.fem_beam.exact.sections import Array
+from oblique_impact.fem_beam.exact.step import NotConvergedError, Step, advance
+from oblique_impact.fem_beam.exact.stop import Contact, Place, PointOnSide
+from oblique_impact.fem_beam.exact.system import ExactSystem
+from oblique_impact.kernels.system import NormalModes
+from oblique_impact.marching import advance as march
+from oblique_impact.marching.advance import Limits, Position, StepState, keep_sample, refused
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD
+from oblique_impact.marching.equations import (
+    DAMPING_LOSS,
+    FRICTION_LOSS,
+    NORMAL_IMPULSE,
+    OF_A_CONTACT,
+    QUADRATURES,
+    STOP_LOSS,
+    SUPPLIED,
+    TANGENTIAL_IMPULSE,
+)
+from oblique_impact.marching.scheme import Prepared, Scheme
+from oblique_impact.problem import NEAR
+
+#: a guard that has fallen within this part of a step has fallen at its beginning
+_AT_ONCE = 1e-6
+#: part of a step that decides between stick and slip after each transition at the same instant, and how often
+_SHORTER, _SHORTEST = 0.1, 6
+#: tolerance of Newton's iterations that rounding leaves possible
+_LEAST_TOLERANCE = 1e-12
+#: steps of a call, some hundredths of a second
+_STEPS_PER_CALL = 50
+_NO_LIMITS = Limits(inf, inf, 0)
+#: of a contact, in the order of its own quadratures
+_OF_EACH = [NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]
+
+
+@dataclass
+class Recorder:
+    """What steps leave behind."""
+
+    averages: Averages = field(default_factory=Averages)
+    at_once: int = 0  # transitions that have followed each other at one instant
+
+
+class ExactStepper:
+    """Steps of the exact beam in one phase; a `Stepper`."""
+
+    def __init__(self, prepared: Prepared, phase: Phase, limits: Limits) -> None:
+        self.system: ExactSystem = prepared.system
+        self.scratch, self.limits, self._recorder = prepared.scratch, limits, prepared.own
+        self._scenario, self._touchings = self.system.scenario, self.system.touchings
+        # samples are due at the end of a call too, unless it is that of the run
+        self._sampled = limits._replace(t_stop=self._scenario.end_time)
+        arrays = phase.arrays
+        self._phases = [phase_of(phase, arrays, i) for i in range(len(self._touchings))] if arrays else []
+        self._closed = {
+            i: Contact(self._touchings[i], sticks=True)
+            if state.state == STICKING
+            else Contact(self._touchings[i], friction=state.friction.intercept)
+            for i, state in enumerate(self._phases)
+            if state.state != FREE
+        }
+        self._heirs = self.system.heirs
+
+    def begin(self, start: StepState, y: Array) -> tuple[int, float]:
+        """Take the state; section forces may jump where a phase begins or the root's motion is not smooth."""
+        d, averages = self.system.beam.size, self._recorder.averages
+        self._time, self._stage = start.t, Stage(y[:d].copy(), y[d : 2 * d].copy())
+        self._places = self._places_of(self._stage)
+        if start.taken == 0 or start.t in self.system.breakpoints:
+            averages.cut()
+        if start.taken == 0:
+            averages.request(start.t, begins=True)
+        return OK, self._distance()
+
+    def length(self, gap: float, h: float) -> float:
+        """Equal steps to the next output instant, at most as long as the distance from obstacles asks for."""
+        solver, contact = self._scenario.solver, self._scenario.contact.enabled
+        near = contact and gap < NEAR * self._scenario.beam.length
+        longest = min(solver.contact_step, solver.free_step) if near else solver.free_step
+        instant, stop = self.scratch.samples.counts[NEXT] * solver.output_interval, self.limits.t_stop
+        self._until = float(instant) if instant < stop - 1e-9 * solver.output_interval else stop
+        left = self._until - self._time
+        return float(left / ceil(left / longest - 1e-9))
+
+    def take(self, now: Position, length: float, end: float, y: Array) -> march.Step:
+        """Take a step, or the part of it up to the first guard that falls."""
+        last = length >= (self._until - self._time) * (1.0 - 1e-12)
+        try:
+            return self._take(length, self._until if last else self._time + length, y)
+        except NotConvergedError:
+            self._recorder.averages.request(self._time)
+            return refused(-march.FAILED_ITERATION, 0.0)
+
+    def _take(self, length: float, end: float, y: Array) -> march.Step:
+        step = self._step(length)
+        places, found = self._places_of(step.stage), list[tuple[float, bool, int, int]]()
+        for i in range(len(self._phases) if self._scenario.contact.enabled else 0):
+            for which, value in enumerate(self._guards(i, places, step, length)):
+                if value < 0.0:
+                    # what holds no longer lets go before others that it has held turn
+                    turns = self._phases[i].state == SLIDING and which in (LOWER, UPPER)
+                    found.append((self._locate(i, which, length), turns, i, which))
+        if not found:
+            self._accept(step, places, length, y)
+            self._time = end
+            return march.Step(OK, True, end, length, NO_GUARD, self._distance(), 0.0, 0.0)
+        at, _, i, which = min(found, key=lambda entry: entry[:3])
+        if at > 0.0:
+            step = self._step(at)
+            self._accept(step, self._places_of(step.stage), at, y)
+            self._time += at
+        guard = self._decide(i, which)
+        self._recorder.at_once = 0 if at > 0.0 else self._recorder.at_once + 1
+        if at == 0.0:
+            self._recorder.averages.request(self._time)
+        return march.Step(OK, at > 0.0, self._time, length, guard, self._distance(), 0.0, 0.0)
+
+    def arrive(self, step: march.Step, y: Array) -> march.Step:
+        """Keep a sample if one is due."""
+        counts = self.scratch.samples.counts
+        kept = counts[KEPT]
+        if step.guard == NO_GUARD:
+            keep_sample(step.end, y, self._sampled, self.scratch.samples)
+        if step.guard != NO_GUARD or counts[KEPT] > kept or step.end == self.limits.t_stop:
+            self._recorder.averages.request(step.end)
+        return step
+
+    def _places_of(self, stage: Stage) -> list[Place]:
+        return [touching.place(stage) for touching in self._touchings]
+
+    def _distance(self) -> float:
+        """Return the smallest distance (m) of a place that can touch, negative in contact."""
+        each = zip(self._phases, self._places, strict=True)
+        return min((state.surface.side * place.gap for state, place in each), default=inf)
+
+    def _step(self, length: float, contacts: dict[int, Contact] | None = None) -> Step:
+        """Return a step, with the closed contacts or others in their place, and reactions of all contacts."""
+        contacts = contacts or self._closed
+        step = advance(
+            self.system.beam,
+            self._stage,
+            length,
+            self.system.load,
+            held=self.system.held(self._time + length),
+            viscosity=self._scenario.beam.kelvin_voigt,
+            contacts=list(contacts.values()),
+            tolerance=max(self._scenario.solver.tolerance, _LEAST_TOLERANCE),
+        )
+        reactions, keeping = np.zeros((2, len(self._phases)))
+        reactions[list(contacts)], keeping[list(contacts)] = step.reactions, step.keeping
+        return step._replace(reactions=reactions, keeping=keeping)
+
+    def _accept(self, step: Step, places: list[Place], length: float, y: Array) -> None:
+        """Go to the end of a step, with its impulses and losses, and the forces there to report."""
+        q0, q1, scenario, beam = self._stage.q, step.stage.q, self._scenario, self.system.beam
+        relaxation, held, d = scenario.beam.kelvin_voigt / length, step.held.size, beam.size
+        gained, largest = np.zeros(QUADRATURES + OF_A_CONTACT * len(places)), self.scratch.guards.largest
+        if relaxation:
+            gained[DAMPING_LOSS] = beam.damping_loss(q0, q1, relaxation)
+        gained[SUPPLIED] = float(step.held @ (q1 - q0)[:held])
+        if self.system.is_hub:
+            gained[SUPPLIED] += scenario.root.torque * float(q1[2] - q0[2])
+        for i, contact in self._closed.items():
+            own = contact.gained(q0, q1, float(step.reactions[i]), length)
+            gained[_OF_EACH] += own
+            gained[QUADRATURES + OF_A_CONTACT * i :][:OF_A_CONTACT] = own
+            deepest = contact.touching.force(places[i]), -places[i].gap
+            largest[:, i] = np.maximum(largest[:, i], deepest)
+        y_new = self.scratch.y_new
+        y_new[:d], y_new[d : 2 * d] = step.stage
+        np.add(y[2 * d :][: gained.size], gained, out=y_new[2 * d :][: gained.size])
+        self.report(places, y_new[2 * d + gained.size :])
+        mean = Forces(*beam.mean_resultants(q0, q1, relaxation), step.reactions)
+        self._recorder.averages.add(self._time, self._time + length, mean)
+        self._stage, self._places = step.stage, places
+
+    def report(self, places: Sequence[Place], extra: Array) -> None:
+        """Fill the forces at an instant; sticking contacts, and accelerations, have none but means of steps."""
+        extra[:] = 0.0
+        for i, contact in self._closed.items():
+            force = contact.touching.force(places[i])
+            extra[self.system.beam.size + 2 * i :][:2] = force, contact.friction * force
+
+    # --- guards
+
+    def _guards(self, i: int, places: Sequence[Place], step: Step, length: float) -> Guards:
+        """Return the guards of a contact at the end of a step, of the mean forces of this."""
+        state, touching, after = self._phases[i], self._touchings[i], places[i]
+        if state.state == FREE:
+            return guards_of(state, Instant(*after[:4]))
+        force, _ = self._closed[i].normal_force(self._places[i].gap, after.gap, length)
+        reaction = float(step.keeping[i])
+        found = guards_of(state, Instant(*after[:4], normal_force=force, tangential_force=reaction))
+        if state.state == STICKING:
+            # either edge of the cone: what holds may swing from one to the other within a step
+            found = found._replace(lower=min(found.lower, found.upper), upper=1.0)
+        if i in self._heirs and isinstance(touching, PointOnSide):
+            away = [abs(after.slip - end) for end in touching.extent]
+            if away[touching.outer] < away[1 - touching.outer]:
+                # the tip leaves a side for its corner where this comes onto the beam: both ways at the same place
+                return found._replace(end=places[self._heirs[i]].x - self._scenario.beam.length)
+        return found
+
+    def _locate(self, i: int, which: int, length: float) -> float:
+        """Length (s) of the step at whose end a guard falls to zero; 0 if it falls at once."""
+
+        def at(part: float) -> float:
+            step = self._step(part * length)
+            return self._guards(i, self._places_of(step.stage), step, part * length)[which]
+
+        if at(_AT_ONCE) <= 0.0:
+            return 0.0
+        return float(brentq(at, _AT_ONCE, 1.0, xtol=1e-12, rtol=1e-14)) * length
+
+    def _decide(self, i: int, which: int) -> int:
+        """Return the guard that fell, where slip or stick ends with what follows.
+
+        A contact without slip sticks if the force that would hold it for a step lies in the cone; if not, it slips
+        against this force.
+        """
+        state = self._phases[i].state
+        if state == FREE or which not in (LOWER, UPPER):
+            return GUARDS * i + which
+        # where forces turn within a step, what follows contradicts it at once: then a part of the step decides
+        length = min(self._scenario.solver.contact_step, self._scenario.solver.free_step)
+        length *= _SHORTER ** min(self._recorder.at_once, _SHORTEST)
+        holding = Contact(self._touchings[i], sticks=True)
+        trial = self._step(length, self._closed | {i: holding})
+        after, reaction = holding.touching.place(trial.stage), float(trial.keeping[i])
+        force, _ = holding.normal_force(self._places[i].gap, after.gap, length)
+        if state == SLIDING and abs(reaction) <= self._phases[i].stick.static * force:
+            return GUARDS * len(self._phases) + i
+        return GUARDS * i + (UPPER if reaction < 0.0 else LOWER)
+
+
+class ExactScheme(Scheme):
+    """Steps of :func:`~oblique_impact.fem_beam.exact.step.advance`, of the second order."""
+
+    name = "energy-consistent"
+    order = 2
+
+    @property
+    def stick_criterion(self) -> StickCriterion:  # noqa: D102
+        return StickCriterion(inf, located=True)
+
+    def buffers(  # noqa: D102
+        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
+    ) -> Recorder:
+        return Recorder()
+
+    def extra_state(self, size: int, contacts: int, quadratures: int) -> int:  # noqa: D102
+        return size + 2 * contacts
+
+    def fill_extra_state(self, prepared: Prepared, phase: Phase, y: Array, extra: Array) -> None:  # noqa: D102
+        d = prepared.system.beam.size
+        places = [touching.place(Stage(y[:d], y[d : 2 * d])) for touching in prepared.system.touchings]
+        ExactStepper(prepared, phase, _NO_LIMITS).report(places, extra)
+
+    def steps_per_call(self, size: int) -> int:  # noqa: D102
+        return _STEPS_PER_CALL
+
+    def stepper(  # noqa: D102
+        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
+    ) -> ExactStepper:
+        return ExactStepper(prepared, phase, limits)

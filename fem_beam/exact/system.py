@@ -1,0 +1,128 @@
+"""The beam of a scenario as a mechanical system: its load, its root, and the places where it touches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.beam.beam import ContactPlace, contact_places
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
+from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.stop import PointOnBeam, PointOnSide, Touching
+from oblique_impact.fem_beam.mesh import mesh_of
+from oblique_impact.kernels.workspace import Evaluation, Vectors, Workspace
+from oblique_impact.scenario.scenario import Scenario
+
+
+def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> ExactBeam:
+    """Discretize the beam of a scenario: nodes as those of its finite elements; `sections` replace its own."""
+    own = Sections.from_scenario(scenario)
+    ends = mesh_of(scenario, own).p[0]
+    elastic = sections or ElasticSections.of(scenario)
+    return ExactBeam(ends, elastic, own.tip_mass, own.hub_inertia, own.hub_radius)
+
+
+def places_of(scenario: Scenario) -> list[ContactPlace]:
+    """Return the places where a beam can touch; the contact point on the slope also where contact is disabled."""
+    several = scenario.contact.where == "anywhere"
+    return [] if several and not scenario.contact.enabled else contact_places(scenario)
+
+
+def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
+    """Return the contacts of these places."""
+    found = list[Touching]()
+    for place in places_of(scenario):
+        law, at = ElasticStop(place.stiffness, scenario.contact.damping), [float(x) for x in place.numbers]
+        common = beam, place.obstacle, law, place.extent
+        if place.on_side:
+            node = int(np.argmin(np.abs(beam.x - at[0])))
+            outer = int(np.cos(scenario.initial.angle - at[1]) > 0.0)
+            found.append(PointOnSide(*common, node, at[1], (at[2], at[3]), at[4], outer))
+        else:
+            found.append(PointOnBeam(*common, complex(at[0], at[1]), place.radius, at[3], at[4]))
+    return found
+
+
+@dataclass(frozen=True)
+class ExactSystem:
+    """The beam with its places of contact, a :class:`~oblique_impact.kernels.system.System` in plain Python.
+
+    A run asks it for the kinematics of contacts.  There are no accelerations at an instant: without rotary inertia
+    the mass matrix is singular, and the scheme decides on stick by its steps.
+    """
+
+    scenario: Scenario
+    beam: ExactBeam
+    motion: BaseMotion  # of a driven root
+    touchings: Sequence[Touching]
+    place: int = 0  # the contact whose kinematics are evaluated
+
+    def _replace(self, place: int) -> ExactSystem:
+        return replace(self, place=place)
+
+    @property
+    def is_hub(self) -> bool:
+        """Whether the root turns with a hub."""
+        return self.scenario.root.kind == "hub"
+
+    @cached_property
+    def load(self) -> Array:
+        """Forces (3 n,) from outside: the weight, and the torque on a hub."""
+        load = self.beam.weight(self.scenario.gravity)
+        if self.is_hub:
+            load[2] += self.scenario.root.torque
+        return load
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times (s) at which the root's motion is not smooth."""
+        return self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
+
+    def held(self, t: float) -> Array:
+        """Values of the prescribed unknowns at an instant (s), (2,) or (3,)."""
+        if self.scenario.root.kind != "driven":
+            return np.zeros(2)
+        angle = self.scenario.initial.angle + self.motion.at(t).angle
+        return np.array([self.beam.radius * np.cos(angle), self.beam.radius * np.sin(angle), angle])
+
+    @cached_property
+    def heirs(self) -> dict[int, int]:
+        """Which contact takes over where another slides off an end: the tip on a side and its outer corner."""
+        found: dict[int, int] = {}
+        for i, side in enumerate(self.touchings):
+            if isinstance(side, PointOnSide) and side.extent and side.node == self.beam.x.size - 1:
+                points = ((j, at) for j, at in enumerate(self.touchings) if isinstance(at, PointOnBeam))
+                corners = [j for j, at in points if at.obstacle == side.obstacle]
+                found |= {i: corners[side.outer], corners[side.outer]: i} if corners else {}
+        return found
+
+    def new_workspace(self) -> Workspace:
+        """Allocate vectors; steps have matrices of their own."""
+        none = np.zeros((0, 0))
+        return Workspace(none, none, none[None], Vectors.new(self.beam.size))
+
+    def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Kinematics of the own place, zeros if there is none."""
+        return self.touch(self.place, t, q, qd, w) if self.touchings else self.approach(t, q, qd, False, w)
+
+    def approach(self, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
+        """Return zeros: each place is asked for its own."""
+        return Evaluation(*[0.0] * 9)
+
+    def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
+        """Leave accelerations at zero."""
+        return True
+
+    def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Kinematics of one place."""
+        return Evaluation(*self.touchings[place].place(Stage(q, qd))[:4], *[0.0] * 5)
+
+    def definiteness(self, rank_one: float, w: Workspace) -> float:
+        """Return 1: the mass matrix is constant."""
+        return 1.0
