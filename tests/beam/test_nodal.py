@@ -109,8 +109,46 @@ def test_effective_matrix(pair):
         assert_allclose(getattr(work.vectors, response), expected, atol=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("share", [0.7, -0.7])
+def test_the_mass_of_a_bent_beam_is_solved_whatever_the_share_of_the_bending(pair, share):
+    """M + kappa S S^T with kappa S.M^-1 S = share, against dense; the share is 1e-6 where the others bend it."""
+    model, work, o = pair.full.model, pair.work, pair.full.operators
+    M, S = o.M1.toarray(), o.S.copy()
+    M[0, 0] += pair.full.scenario.root.inertia  # the slope of the root
+    S[0] += pair.full.scenario.root.inertia
+    unit = 1.0 / (S @ np.linalg.solve(M, S))
+    kappa = share * unit
+    whole = M + kappa * np.outer(S, S)
+    assert model.definiteness(kappa, work) == pytest.approx(1.0 + share, rel=1e-10)
+    for contact in (True, False):
+        assert model.solve_mass(kappa, work, contact)
+        for which, response in {"forces": "free_acceleration", **RESPONSES}.items():
+            expected = np.linalg.solve(whole, getattr(work.vectors, which))
+            assert_allclose(getattr(work.vectors, response), expected, atol=1e-9 * np.abs(expected).max())
+    assert not model.solve_mass(-1.5 * unit, work, True)
+
+
 def test_approach_is_the_evaluation_of_the_contact(pair):
     rows = [getattr(pair.work.vectors, name).copy() for name in RESPONSES]
     e = pair.full.model.approach(0.0, pair.W, pair.Wd, True, pair.work)
     assert_allclose([getattr(pair.work.vectors, name) for name in RESPONSES], rows, atol=0.0)
     assert_allclose(e[:4], pair.found[:4], atol=0.0)
+
+
+def test_places_that_touch_obstacles_move_as_in_all_modes():
+    """Points of the beam on a side, the corner at its end, and a peg."""
+    obstacles = (
+        {"kind": "side", "origin": [0.1, -0.05], "angle": 0.2, "extent": [0.0, 0.6]},
+        {"kind": "point", "origin": [0.55, -0.04], "radius": 0.01},
+    )
+    anywhere = {"contact__where": "anywhere", "contact__normal": "spring", "contact__grid": 3}
+    pair = Pair(scenario_of(**SHAPES["tapered"], **anywhere, slope__enabled=False, obstacles=obstacles))
+    count = len(pair.modal.contact_places)
+    assert count >= 5
+    for i in range(count):
+        found = pair.full.model.touch(i, 0.0, pair.W, pair.Wd, pair.work)
+        expected = pair.modal.model.touch(i, 0.0, pair.q, pair.qd, pair.dense)
+        assert_allclose(found[:6], expected[:6], rtol=1e-10, atol=1e-12)
+        for which in RESPONSES:
+            row = pair.T.T @ getattr(pair.work.vectors, which)
+            assert_allclose(row, getattr(pair.dense.vectors, which), atol=1e-12)

@@ -155,6 +155,34 @@ def test_alternating_impacts_close_both_contacts():
     assert abs(found.balance["unaccounted"]) < 1e-9
 
 
+def test_peaks_of_elastic_contacts_are_found_between_samples():
+    """Nothing damps the springs, so that each has stored F^2/2k at its largest force; in flight none is deep."""
+    keys = (*MEAN_AXIS, "contact.normal=spring")
+    fine, coarse = (run(*keys, f"solver.output_interval={h}", obstacles=PEGS) for h in (1e-5, 2e-3))
+    assert len(fine.contacts) == len(coarse.contacts) > 2
+    for a, b in zip(fine.contacts, coarse.contacts, strict=True):
+        assert b.peak_force == pytest.approx(a.peak_force, rel=1e-6)
+        for contact in (a, b):
+            assert contact.peak_energy == pytest.approx(0.5 * contact.peak_force**2 / 1e6, rel=1e-6)
+    forces = fine["contact_lambda_n"].values.max(axis=1)
+    assert fine["depth"].values == pytest.approx(forces / 1e6, rel=1e-9, abs=1e-15)
+
+
+def test_what_friction_and_stop_take_from_a_tip_that_slides_off_is_that_of_its_contact():
+    """It leaves the inner end of a soft side, whose corner holds the beam, and comes back above it."""
+    side = {"kind": "side", "origin": [0.0, -0.05], "extent": [0.99865, 1.2], "stiffness": 1e4}
+    keys = (*MEAN_AXIS, "contact.normal=spring", "end_time=0.06", "solver.output_interval=1e-4")
+    found = run(*keys, obstacles=[side], initial={"angle": -0.04, "angular_velocity": -1.0})
+    assert [end["how"] for end in found.summary["slope_ends"]] == ["slides off", "comes back"]
+    tip, corner = found.contacts
+    assert (tip.obstacle, corner.obstacle) == (1, 1)
+    assert tip.end == found.summary["slope_ends"][0]["time"]
+    # it is deepest as it slides off: what the spring has stored is lost
+    assert found.balance["lost_damping"] == pytest.approx(tip.peak_energy, rel=1e-9)
+    lost = found.balance["lost_damping"] + found.balance["lost_friction"]
+    assert tip.energy_loss + corner.energy_loss == pytest.approx(lost, rel=1e-9)
+
+
 PEG = {"kind": "point", "origin": [0.5, 0.0]}
 
 

@@ -212,6 +212,13 @@ def test_a_ball_leaves_an_elastic_stop_as_fast_as_it_came(law, scheme):
     assert peak == pytest.approx(STIFFNESS * depth, rel=wh**2 / 8.0 + bound(scheme, wh, wh**2))
 
 
+def test_the_peak_of_a_feather_is_its_weight():
+    """A particle of a milligram that lies on a rigid plane presses on it by 9.8e-6 N."""
+    feather = Particle(above=-GRAVITY, mass=1e-6)
+    history = completed(simulate_system(feather, np.zeros(2), np.zeros(2), 0.1, friction=Frictionless()))
+    assert history.contacts[0].peak_force == pytest.approx(1e-6 * GRAVITY, rel=1e-9)
+
+
 # --- a mass on a belt ------------------------------------------------------------------------------------------
 
 BELT, SPRING, RATE = 0.2, 100.0, 10.0  # m/s, N/m, rad/s for 1 kg
