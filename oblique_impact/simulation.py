@@ -33,6 +33,8 @@ from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.several import MultiContactRun
+from oblique_impact.marching.stepped import SteppedRun
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -223,6 +225,8 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
         run = MultiContactRun if problem.multi_contact else Run
+        if isinstance(problem.scheme, TimeSteppingScheme):
+            run = SteppedRun
         record = run(problem, on_progress).execute()
         return record, marching.seconds
 

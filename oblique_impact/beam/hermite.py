@@ -16,6 +16,17 @@ from oblique_impact.kernels.workspace import Array, Vectors
 Four = tuple[float, float, float, float]
 
 
+class Moved(NamedTuple):
+    """Displacements (m) and slope of the axis at a place, and their rates."""
+
+    u_x: float
+    u_y: float
+    slope: float
+    u_x_rate: float
+    u_y_rate: float
+    slope_rate: float
+
+
 class _Mesh(NamedTuple):
     """Nodes of a mesh."""
 
@@ -115,6 +126,32 @@ def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) 
         bending += turning * turning * axis.beyond
         curving = 0.0
     return bending, curving
+
+
+@jitable
+def shorten_elements(s: HermiteShapes, B: Array, Bd: Array, squares: Array, rates: Array) -> None:
+    """Integrals of u_y'^2 and u_y' u_y'^. from the root to each edge, (elements + 1,) or longer."""
+    squares[0], rates[0] = 0.0, 0.0
+    for k in range(s.edges.shape[0] - 1):
+        half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+        squares[k + 1] = squares[k] + _overlap(p, p, 1.0) / half
+        rates[k + 1] = rates[k] + _overlap(p, rate, 1.0) / half
+
+
+@jitable
+def move_point(s: HermiteShapes, x: float, B: Array, Bd: Array, squares: Array, rates: Array) -> Moved:
+    """Displacements and slope at a place x (m) of the beam with their rates, see `shorten_elements`."""
+    k = panel_of(s.edges, x)
+    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+    z = (x - s.edges[k]) / half - 1.0
+    return Moved(
+        -0.5 * (squares[k] + _overlap(p, p, z) / half),
+        _value(p, z),
+        _rate(p, z) / half,
+        -(rates[k] + _overlap(p, rate, z) / half),
+        _value(rate, z),
+        _rate(rate, z) / half,
+    )
 
 
 class HermiteShapes(_Mesh):

@@ -24,7 +24,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, touch_peg
 from oblique_impact.beam.floating_frame import kinematics, touch_side
-from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.beam.hermite import HermiteShapes, move_point, shorten_elements
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -152,13 +152,20 @@ def _contact(
 
 
 @jitable
-def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
-    """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
-    u, frame, frame_qd, v = model.vectors, places.q, places.qd, places.vectors
+def _split(places: NodalPlaces, model: NodalModel, q: Array, qd: Array) -> None:
+    """Take the state into the floating frame, where the rows of places are known."""
+    frame, frame_qd = places.q, places.qd
     frame[0], frame_qd[0] = _frame(model, q, qd)
     for j in range(q.shape[0]):
-        frame[j + 1] = q[j] - frame[0] * u[RIGID, j]
-        frame_qd[j + 1] = qd[j] - frame_qd[0] * u[RIGID, j]
+        frame[j + 1] = q[j] - frame[0] * model.vectors[RIGID, j]
+        frame_qd[j + 1] = qd[j] - frame_qd[0] * model.vectors[RIGID, j]
+
+
+@jitable
+def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
+    frame, frame_qd, v = places.q, places.qd, places.vectors
+    _split(places, model, q, qd)
     n, B, Bd = places.numbers[i], frame[1:], frame_qd[1:]
     if places.on_side[i]:
         axis = places.shapes.bent_axis(n[0], B, v.polynomial)
@@ -196,6 +203,44 @@ def _touch(places: NodalPlaces | None, model: NodalModel, i: int, q: Array, qd: 
 def touch_nodal(model: NodalModel, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill the contact rows of one of several places."""
     return _touch(model.places, model, place, q, qd, w)
+
+
+@jitable
+def _measure_places(
+    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, w: Workspace, found: Array
+) -> None:
+    """Measure all places in O(elements); the compiler drops this of a model that has none."""
+    if places is None:
+        return
+    _split(places, model, q, qd)
+    theta, spin, B, Bd = places.q[0], places.qd[0], places.q[1:], places.qd[1:]
+    squares, rates = places.vectors.product_a, places.vectors.product_b
+    shorten_elements(places.shapes, B, Bd, squares, rates)
+    for i in range(found.shape[0]):
+        if not places.on_side[i]:
+            k = _touch_place(places, model, i, q, qd, w)
+            found[i, 0], found[i, 1], found[i, 2] = k.gap, k.slip, k.gap_rate
+            continue
+        n = places.numbers[i]
+        at, fibre, turning, angle = (
+            move_point(places.shapes, n[0], B, Bd, squares, rates),
+            n[4],
+            n[5],
+            theta - n[1],
+        )
+        c, s = np.cos(angle), np.sin(angle)
+        x = n[0] + at.u_x - fibre * at.slope
+        y = at.u_y + (fibre - 0.5 * turning * at.slope * at.slope)
+        x_rate = at.u_x_rate - fibre * at.slope_rate - spin * y
+        y_rate = at.u_y_rate - turning * at.slope * at.slope_rate + spin * x
+        found[i, 0], found[i, 1] = x * s + y * c - n[2], x * c - y * s - n[3]
+        found[i, 2] = s * x_rate + c * y_rate
+
+
+@jitable
+def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
+    """Gap, slip and gap rate of every place into `found` (places, 3)."""
+    _measure_places(model.places, model, q, qd, w, found)
 
 
 @jitable
@@ -425,6 +470,7 @@ class NodalModel(_NodalData):
     solve_effective = solve_nodal_effective
     damping_at = nodal_damping
     touch = touch_nodal
+    measure = measure_nodal
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; memory is linear in the degrees of freedom."""
