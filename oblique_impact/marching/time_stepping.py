@@ -262,7 +262,7 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, y: Array) -> S
 
 
 @jitable
-def _finish(stepper: TimeStepper, t: float, h: float, m: int, supplied: float, y: Array) -> None:
+def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
     """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
     s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
     y_new, w, d, n = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0]
@@ -279,7 +279,7 @@ def _finish(stepper: TimeStepper, t: float, h: float, m: int, supplied: float, y
         after[tail + j] = (v1[j] - v0[j]) / h
     for k in range(tail + d, tail + d + 3 * n):
         after[k] = 0.0
-    after[DAMPING_LOSS] += h * stepper.system.damping_at(t + 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
+    after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
@@ -289,7 +289,7 @@ def _finish(stepper: TimeStepper, t: float, h: float, m: int, supplied: float, y
         friction = -0.5 * tangential * (slip_rate + slip_rate_after)
         plastic = -0.5 * normal * (gap_rate + dot(arrays.directions[i, 0], v1))
         if state != b.states[i]:
-            _log(stepper, i, state, t + h, gap_rate, slip_rate_after, before)
+            _log(stepper, i, state, end, gap_rate, slip_rate_after, before)
         own, forces = QUADRATURES + OF_A_CONTACT * i, tail + d + 2 * i
         after[NORMAL_IMPULSE] += normal
         after[TANGENTIAL_IMPULSE] += tangential
@@ -302,7 +302,7 @@ def _finish(stepper: TimeStepper, t: float, h: float, m: int, supplied: float, y
             _count(b.counted[i], b.places[i, SLIP], normal, tangential, plastic, h)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
-            _log(stepper, i, OPEN, t + h, b.places[i, GAP_RATE], 0.0, before)
+            _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before)
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
 
@@ -379,7 +379,7 @@ class TimeStepper(NamedTuple):
         found = _iterate(self, now.t, h, slot, y)
         if found.status != OK:
             return refused(found.status, 0.0)
-        _finish(self, now.t, h, found.contacts, found.supplied_power, y)
+        _finish(self, end, h, found.contacts, found.supplied_power, y)
         return Step(OK, True, end, length, NO_GUARD, nearest, 0.0, 0.0)
 
     def arrive(self, step: Step, y: Array) -> Step:
