@@ -40,8 +40,8 @@ _STATES = {BACKWARDS: State.SLIP, OPEN: State.FREE, FORWARDS: State.SLIP, STUCK:
 class SteppedRun(MultiContactRun):
     """A run over a problem with several contacts by time-stepping.
 
-    A contact that closes is an impact, with the impulses of the steps that close it and, in energy, with all that
-    its normal impulses take until it opens; its release has the rest of the impulses and the friction.
+    A contact that closes is an impact, with the impulses of the steps that close it and the energy that they and
+    all later normal impulses take; its release has the rest of the impulses, and of the energy the friction.
     """
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:

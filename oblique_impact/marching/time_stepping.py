@@ -10,7 +10,8 @@ staggered coordinates go on by x1 = x0 + h v1, so that the gap that is closed is
 times its acceleration, and does not drift.  A contact closes within two steps, whose velocities end at -g/h and at
 zero.
 
-The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take is lost in plastic impacts.
+The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
+steps that close a contact, is lost in plastic impacts.
 """
 
 from __future__ import annotations
@@ -288,6 +289,9 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         slip_rate_after = dot(arrays.directions[i, 1], v1)
         friction = -0.5 * tangential * (slip_rate + slip_rate_after)
         plastic = -0.5 * normal * (gap_rate + dot(arrays.directions[i, 0], v1))
+        if b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT:
+            # of an impact that jams friction alone may give energy: only the sum is a loss
+            plastic, friction = plastic + friction, 0.0
         if state != b.states[i]:
             _log(stepper, i, state, end, gap_rate, slip_rate_after, before)
         own, forces = QUADRATURES + OF_A_CONTACT * i, tail + d + 2 * i

@@ -10,6 +10,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from tests.marching.linear_beam import fall
 from tests.marching.test_several import PEGS
@@ -137,6 +138,32 @@ def test_events_and_impulses_are_those_of_the_event_scheme_to_first_order():
         lost = found.balance["lost_impact"] - located.balance["lost_impact"]
         apart.append(np.max(np.abs([*impulses, lost])))
     assert apart[1] < 0.5 * apart[0]
+
+
+def test_a_beam_that_rubs_on_a_peg_turns_its_slip_when_located_events_do():
+    """Impulses that close a contact have friction here alone: the motion after them differs by a thousandth."""
+    peg = [{"kind": "point", "origin": [0.5, 0.0]}]
+    given = Scenario.builtin("two-pegs", ["discretization.modes=4", "end_time=0.39"]).replace(obstacles=peg)
+    located = simulate(given)
+    found = simulate(given.replace(solver__scheme="time-stepping", solver__free_step=1e-5))
+    assert [(e.kind, e.state) for e in found.events] == [(e.kind, e.state) for e in located.events]
+    assert sum(e.kind is EventKind.REVERSAL for e in found.events) == 10
+    for a, b in zip(found.events, located.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-5)
+        if a.kind is EventKind.RELEASE:
+            assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-3)
+            assert a.tangential_impulse == pytest.approx(b.tangential_impulse, rel=2e-2)
+            assert a.energy_loss == pytest.approx(b.energy_loss, rel=2e-2)
+
+
+def test_no_contact_gains_energy_where_an_impact_jams():
+    """On the steep rough slope of the case an impact sticks at once."""
+    keys = "contact.where=anywhere", STEPS, "solver.contact_step=1e-5", "solver.free_step=1e-5", "end_time=0.6"
+    found = built_in("sticking", *keys)
+    assert found["contact_state"].values[-1, 0] == 2
+    assert min(c.energy_loss for c in found.contacts) > -1e-6
+    assert found.balance["lost_friction"] > 0.0
+    assert abs(found.balance["unaccounted"]) < 1e-6
 
 
 # --- balances, laws and states
