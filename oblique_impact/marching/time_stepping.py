@@ -125,14 +125,14 @@ class Solution(NamedTuple):
 
 
 @jitable
-def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> float:
-    """Gaps at the staggered coordinates; returns the smallest distance (m) of a place that is open.
+def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[float, float]:
+    """Gaps at the staggered coordinates; returns the smallest (m) and the largest speed (m/s) of any place.
 
     A place that has come below the line of a side beyond its end meets the side only after it has come back up.
     """
     b, rows, first, last = stepper.buffers, stepper.arrays.rows, stepper.buffers.ends[0], stepper.buffers.ends[1]
     stepper.system.measure(t, x, v0, stepper.scratch.work, b.places)
-    nearest = 1e300
+    nearest, fastest = 1e300, 0.0
     for i in range(b.gaps.shape[0]):
         gap, slip = b.places[i, GAP], b.places[i, SLIP]
         beyond = slip < first[i] or slip > last[i]
@@ -141,8 +141,8 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> float:
         elif beyond and gap < 0.0:
             rows[i, SIDE] = -1.0
         b.gaps[i] = gap if rows[i, SIDE] > 0.0 and not beyond else np.inf
-        nearest = min(nearest, b.gaps[i])
-    return nearest
+        nearest, fastest = min(nearest, b.gaps[i]), max(fastest, abs(b.places[i, GAP_RATE]))
+    return nearest, fastest
 
 
 @jitable
@@ -223,8 +223,11 @@ def _settle(
 
 
 @jitable
-def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, y: Array) -> Solution:
-    """Iterate to the end of a step of length h: velocities there into s.y_new, q_m and v_m into s.at."""
+def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> Solution:
+    """Iterate to the end of a step of length h: velocities there into s.y_new, q_m and v_m into s.at.
+
+    The step is `clear` if no place can reach its obstacle within it.
+    """
     s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
     w, x, acceleration = s.work, b.staggered, b.acceleration
     d, middle, m, before = x.shape[0], t + 0.5 * h, 0, 0.0
@@ -251,7 +254,8 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, y: Array) -> S
         supplied = e.supplied_power + dot(w.vectors.supply, acceleration)
         for j in range(d):
             v1[j] += h * increment[j]
-        m = _settle(stepper, m, middle, h, x, y, e.rank_one, slot)
+        if not clear:
+            m = _settle(stepper, m, middle, h, x, y, e.rank_one, slot)
         if m < 0:
             return Solution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
@@ -363,7 +367,8 @@ class TimeStepper(NamedTuple):
         """Measure the gaps."""
         d = self.buffers.acceleration.shape[0]
         self.buffers.logged[0] = 0
-        return OK, _measure_gaps(self, start.t, y[:d], y[d : 2 * d])
+        nearest, _ = _measure_gaps(self, start.t, y[:d], y[d : 2 * d])
+        return OK, nearest
 
     def length(self, gap: float, h: float) -> float:
         """Length of the steps here."""
@@ -379,8 +384,11 @@ class TimeStepper(NamedTuple):
             b.staggered[j] = y[j] + 0.5 * h * y[d + j]
         for k in range(b.impulses.shape[0]):
             b.impulses[k] = 0.0
-        nearest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
-        found = _iterate(self, now.t, h, slot, y)
+        for i in range(b.in_problem.shape[0]):
+            b.in_problem[i] = False
+        nearest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
+        clear = nearest > self.near and nearest > 2.0 * h * fastest
+        found = _iterate(self, now.t, h, slot, clear, y)
         if found.status != OK:
             return refused(found.status, 0.0)
         _finish(self, end, h, found.contacts, found.supplied_power, y)
