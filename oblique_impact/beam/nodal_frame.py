@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, touch_peg
+from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, place_of, touch_peg
 from oblique_impact.beam.floating_frame import kinematics, touch_side
-from oblique_impact.beam.hermite import HermiteShapes, move_point, shorten_elements
+from oblique_impact.beam.hermite import HermiteShapes, ShortenedAxis, move_point, shorten_elements
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -206,6 +206,22 @@ def touch_nodal(model: NodalModel, place: int, t: float, q: Array, qd: Array, w:
 
 
 @jitable
+def _measure_peg(places: NodalPlaces, peg: Peg, found: Array) -> None:
+    """Gap, slip and gap rate of a peg as in `touch_peg`, with the foreshortening of the elements known."""
+    theta, spin, B, Bd, v = places.q[0], places.qd[0], places.q[1:], places.qd[1:], places.vectors
+    squares, rates = v.product_a, v.product_b
+    c, s = np.cos(theta), np.sin(theta)
+    X, Y = peg.x * c + peg.y * s, peg.y * c - peg.x * s
+    x, axis = place_of(ShortenedAxis(places.shapes.edges, squares), 0.0, X, Y, B, v.polynomial)
+    at, steep = move_point(places.shapes, x, B, Bd, squares, rates), 1.0 - 0.5 * axis.slope * axis.slope
+    stretch = np.sqrt(steep * steep + axis.slope * axis.slope)
+    nx, ny = -peg.side * axis.slope / stretch, peg.side * steep / stretch
+    rx, ry = x + axis.u_x, axis.u_y
+    found[0], found[1] = nx * (rx - X) + ny * (ry - Y) - peg.distance, -x
+    found[2] = nx * (at.u_x_rate - spin * ry) + ny * (at.u_y_rate + spin * rx)
+
+
+@jitable
 def _measure_places(
     places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, w: Workspace, found: Array
 ) -> None:
@@ -217,11 +233,10 @@ def _measure_places(
     squares, rates = places.vectors.product_a, places.vectors.product_b
     shorten_elements(places.shapes, B, Bd, squares, rates)
     for i in range(found.shape[0]):
-        if not places.on_side[i]:
-            k = _touch_place(places, model, i, q, qd, w)
-            found[i, 0], found[i, 1], found[i, 2] = k.gap, k.slip, k.gap_rate
-            continue
         n = places.numbers[i]
+        if not places.on_side[i]:
+            _measure_peg(places, Peg(n[0], n[1], n[2], n[3], n[4]), found[i])
+            continue
         at, fibre, turning, angle = (
             move_point(places.shapes, n[0], B, Bd, squares, rates),
             n[4],
