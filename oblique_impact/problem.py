@@ -29,6 +29,7 @@ from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.problem import MultiContact, Problem
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 
@@ -101,6 +102,8 @@ def _requirement(name: str, s: Scenario) -> str:
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
     if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
         return 'contact.where = "point": of several contacts the built-in one decides'
+    if name == "friction" and s.solver.scheme == "time-stepping":
+        return 'another solver.scheme: "time-stepping" has contact.mu_static and contact.mu_kinetic'
     if name in ("scheme", "discretization") and s.is_nodal:
         return "discretization.modes >= 1"
     return ""
@@ -188,6 +191,13 @@ def scheme_of(scenario: Scenario) -> Scheme:
         tolerance = ITERATIONS * v.tolerance
         return GeneralizedAlphaScheme(
             v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, tolerance
+        )
+    if v.scheme == "time-stepping":
+        c, near = scenario.contact, NEAR * scenario.beam.length
+        rubs = c.friction != "frictionless" and c.mu_kinetic > 0.0
+        mu = (c.mu_static, c.mu_kinetic) if rubs else (0.0, 0.0)
+        return TimeSteppingScheme(
+            v.free_step, min(v.contact_step, v.free_step), near, ITERATIONS * v.tolerance, *mu
         )
     return EventScheme(v.tolerance)
 

@@ -33,6 +33,8 @@ from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.several import run_of
+from oblique_impact.marching.stepped import SteppedRun
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -222,7 +224,8 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
-        record = run_of(problem, on_progress).execute()
+        steps = isinstance(problem.scheme, TimeSteppingScheme)
+        record = (SteppedRun if steps else run_of)(problem, on_progress).execute()
         return record, marching.seconds
 
 

@@ -279,6 +279,14 @@ def touch_beam(model: BeamModel, place: int, t: float, q: Array, qd: Array, w: W
 
 
 @jitable
+def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
+    """Gap, slip and gap rate of every place into `found` (places, 3)."""
+    for i in range(found.shape[0]):
+        k = touch_beam(model, i, t, q, qd, w)
+        found[i, 0], found[i, 1], found[i, 2] = k.gap, k.slip, k.gap_rate
+
+
+@jitable
 def _touched(
     places: Places | None, model: BeamModel, place: int, t: float, q: Array, qd: Array, v: Vectors
 ) -> Evaluation:
@@ -430,6 +438,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     add_tangent = add_beam_tangent
     damping_at = beam_damping
     touch = touch_beam
+    measure = measure_beam
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; the elastic part of the mass matrix is there once and for all."""

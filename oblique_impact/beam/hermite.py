@@ -7,13 +7,24 @@ elements before it.  On an element z goes from -1 to 1.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from oblique_impact.beam.axis import Axis, panel_of
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Vectors
 
 Four = tuple[float, float, float, float]
+
+
+class Moved(NamedTuple):
+    """Displacements (m) and slope of the axis at a place, and their rates."""
+
+    u_x: float
+    u_y: float
+    slope: float
+    u_x_rate: float
+    u_y_rate: float
+    slope_rate: float
 
 
 class _Mesh(NamedTuple):
@@ -71,13 +82,19 @@ def _overlap(p: Four, r: Four, z: float) -> float:
 @jitable
 def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
     """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
-    element = panel_of(s.edges, x)
-    half = 0.5 * (s.edges[element + 1] - s.edges[element])
-    inside = min(max(x, s.edges[0]), s.edges[-1])
-    z, beyond, squared = (inside - s.edges[element]) / half - 1.0, x - inside, 0.0
+    element, squared = panel_of(s.edges, x), 0.0
     for k in range(element):
         p = _cubic(s, k, B)
         squared += 2.0 * _overlap(p, p, 1.0) / (s.edges[k + 1] - s.edges[k])
+    return _axis_on(s, element, squared, x, B)
+
+
+@jitable
+def _axis_on(s: Any, element: int, squared: float, x: float, B: Array) -> Axis:
+    """Bend the axis on an element, with the integral of the squared slope up to its start."""
+    half = 0.5 * (s.edges[element + 1] - s.edges[element])
+    inside = min(max(x, s.edges[0]), s.edges[-1])
+    z, beyond = (inside - s.edges[element]) / half - 1.0, x - inside
     p = _cubic(s, element, B)
     squared += _overlap(p, p, z) / half
     slope, curvature = _rate(p, z) / half, (2.0 * p[2] + 6.0 * p[3] * z) / (half * half)
@@ -117,9 +134,56 @@ def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) 
     return bending, curving
 
 
+@jitable
+def shorten_elements(s: HermiteShapes, B: Array, Bd: Array, squares: Array, rates: Array) -> None:
+    """Integrals of u_y'^2 and u_y' u_y'^. from the root to each edge, (elements + 1,) or longer."""
+    squares[0], rates[0] = 0.0, 0.0
+    for k in range(s.edges.shape[0] - 1):
+        half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+        squares[k + 1] = squares[k] + _overlap(p, p, 1.0) / half
+        rates[k + 1] = rates[k] + _overlap(p, rate, 1.0) / half
+
+
+@jitable
+def move_point(s: HermiteShapes, x: float, B: Array, Bd: Array, squares: Array, rates: Array) -> Moved:
+    """Displacements and slope at a place x (m) of the beam with their rates, see `shorten_elements`."""
+    x = min(max(x, s.edges[0]), s.edges[-1])
+    k = panel_of(s.edges, x)
+    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+    z = (x - s.edges[k]) / half - 1.0
+    return Moved(
+        -0.5 * (squares[k] + _overlap(p, p, z) / half),
+        _value(p, z),
+        _rate(p, z) / half,
+        -(rates[k] + _overlap(p, rate, z) / half),
+        _value(rate, z),
+        _rate(rate, z) / half,
+    )
+
+
 class HermiteShapes(_Mesh):
     """Cubic Hermite functions on the elements of a mesh."""
 
     __slots__ = ()
     bent_axis = _bent_axis
     take_shapes = _take_shapes
+
+
+@jitable
+def _shortened_axis(s: ShortenedAxis, x: float, B: Array, polynomial: Array) -> Axis:
+    element = panel_of(s.edges, x)
+    return _axis_on(s, element, s.squares[element], x, B)
+
+
+class _ShortenedMesh(NamedTuple):
+    """Nodes of a mesh, and integrals of the squared slope up to them."""
+
+    edges: Array  # (elements + 1,) m, ascending from 0
+    squares: Array  # (elements + 1,) m, or longer; see `shorten_elements`
+
+
+class ShortenedAxis(_ShortenedMesh):
+    """The bent axis of a mesh whose foreshortening is known at its nodes: any place of it in O(1)."""
+
+    __slots__ = ()
+    bent_axis = _shortened_axis

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, touch_peg
+from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, place_of, touch_peg
 from oblique_impact.beam.floating_frame import kinematics, touch_side
-from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.beam.hermite import HermiteShapes, ShortenedAxis, move_point, shorten_elements
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -152,13 +152,20 @@ def _contact(
 
 
 @jitable
-def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
-    """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
-    u, frame, frame_qd, v = model.vectors, places.q, places.qd, places.vectors
+def _split(places: NodalPlaces, model: NodalModel, q: Array, qd: Array) -> None:
+    """Take the state into the floating frame, where the rows of places are known."""
+    frame, frame_qd = places.q, places.qd
     frame[0], frame_qd[0] = _frame(model, q, qd)
     for j in range(q.shape[0]):
-        frame[j + 1] = q[j] - frame[0] * u[RIGID, j]
-        frame_qd[j + 1] = qd[j] - frame_qd[0] * u[RIGID, j]
+        frame[j + 1] = q[j] - frame[0] * model.vectors[RIGID, j]
+        frame_qd[j + 1] = qd[j] - frame_qd[0] * model.vectors[RIGID, j]
+
+
+@jitable
+def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
+    frame, frame_qd, v = places.q, places.qd, places.vectors
+    _split(places, model, q, qd)
     n, B, Bd = places.numbers[i], frame[1:], frame_qd[1:]
     if places.on_side[i]:
         axis = places.shapes.bent_axis(n[0], B, v.polynomial)
@@ -196,6 +203,59 @@ def _touch(places: NodalPlaces | None, model: NodalModel, i: int, q: Array, qd: 
 def touch_nodal(model: NodalModel, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill the contact rows of one of several places."""
     return _touch(model.places, model, place, q, qd, w)
+
+
+@jitable
+def _measure_peg(places: NodalPlaces, peg: Peg, found: Array) -> None:
+    """Gap, slip and gap rate of a peg as in `touch_peg`, with the foreshortening of the elements known."""
+    theta, spin, B, Bd, v = places.q[0], places.qd[0], places.q[1:], places.qd[1:], places.vectors
+    squares, rates = v.product_a, v.product_b
+    c, s = np.cos(theta), np.sin(theta)
+    X, Y = peg.x * c + peg.y * s, peg.y * c - peg.x * s
+    x, axis = place_of(ShortenedAxis(places.shapes.edges, squares), 0.0, X, Y, B, v.polynomial)
+    at, steep = move_point(places.shapes, x, B, Bd, squares, rates), 1.0 - 0.5 * axis.slope * axis.slope
+    stretch = np.sqrt(steep * steep + axis.slope * axis.slope)
+    nx, ny = -peg.side * axis.slope / stretch, peg.side * steep / stretch
+    rx, ry = x + axis.u_x, axis.u_y
+    found[0], found[1] = nx * (rx - X) + ny * (ry - Y) - peg.distance, -x
+    found[2] = nx * (at.u_x_rate - spin * ry) + ny * (at.u_y_rate + spin * rx)
+
+
+@jitable
+def _measure_places(
+    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, w: Workspace, found: Array
+) -> None:
+    """Measure all places in O(elements); the compiler drops this of a model that has none."""
+    if places is None:
+        return
+    _split(places, model, q, qd)
+    theta, spin, B, Bd = places.q[0], places.qd[0], places.q[1:], places.qd[1:]
+    squares, rates = places.vectors.product_a, places.vectors.product_b
+    shorten_elements(places.shapes, B, Bd, squares, rates)
+    for i in range(found.shape[0]):
+        n = places.numbers[i]
+        if not places.on_side[i]:
+            _measure_peg(places, Peg(n[0], n[1], n[2], n[3], n[4]), found[i])
+            continue
+        at, fibre, turning, angle = (
+            move_point(places.shapes, n[0], B, Bd, squares, rates),
+            n[4],
+            n[5],
+            theta - n[1],
+        )
+        c, s = np.cos(angle), np.sin(angle)
+        x = n[0] + at.u_x - fibre * at.slope
+        y = at.u_y + (fibre - 0.5 * turning * at.slope * at.slope)
+        x_rate = at.u_x_rate - fibre * at.slope_rate - spin * y
+        y_rate = at.u_y_rate - turning * at.slope * at.slope_rate + spin * x
+        found[i, 0], found[i, 1] = x * s + y * c - n[2], x * c - y * s - n[3]
+        found[i, 2] = s * x_rate + c * y_rate
+
+
+@jitable
+def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
+    """Gap, slip and gap rate of every place into `found` (places, 3)."""
+    _measure_places(model.places, model, q, qd, w, found)
 
 
 @jitable
@@ -425,6 +485,7 @@ class NodalModel(_NodalData):
     solve_effective = solve_nodal_effective
     damping_at = nodal_damping
     touch = touch_nodal
+    measure = measure_nodal
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; memory is linear in the degrees of freedom."""

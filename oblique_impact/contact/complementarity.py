@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.errors import Outcome, RunEnded
+from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array
 
 _PIVOT = 1e-11  # of the largest entry of a column: a smaller one is rounding
@@ -32,33 +34,72 @@ def lemke(matrix: Array, vector: Array) -> Array:
     n = len(vector)
     if n == 0 or np.min(vector) >= 0.0:
         return np.zeros(n)
-    scale = np.max(np.abs(vector))
-    covering = 2 * n  # the artificial variable; 0..n-1 are w, n..2n-1 are z
     table = np.hstack([np.eye(n), -matrix, -np.ones((n, 1)), vector[:, None]])
-    order = list(range(n))  # of the inverse of the basis: rows in lexicographic order have no ties
-    basis = list(range(n))
-    row, entering = n - 1 - int(np.argmin(vector[::-1])), covering
+    basis = np.arange(n)
+    if not exchange_rows(table, basis, n):
+        raise NoSolutionError
+    z = np.zeros(2 * n)
+    z[basis] = table[:, -1]
+    return np.maximum(z[n:], 0.0)
+
+
+@jitable
+def exchange_rows(table: Array, basis: NDArray[np.int64], n: int) -> bool:
+    """Carry :func:`lemke` out on its first n rows [1, -M, -1, q]; False where it ends in a ray.
+
+    Columns 0..n-1 are w, n..2n-1 are z, 2n is the artificial variable; `basis` (n,), at first 0..n-1, are then the
+    variables of the rows, whose values are in the last column.
+    """
+    covering, last, row, scale = 2 * n, 2 * n + 1, 0, 0.0
+    for r in range(n):
+        scale = max(scale, abs(table[r, last]))
+        if table[r, last] <= table[row, last]:
+            row = r
+    entering = covering
     for _ in range(_MOST_PIVOTS * n):
-        table[row] /= table[row, entering]
-        others = np.arange(n) != row
-        table[others] -= np.outer(table[others, entering], table[row])
-        leaving, basis[row] = basis[row], entering
+        pivot = table[row, entering]
+        for c in range(last + 1):
+            table[row, c] /= pivot
+        for r in range(n):
+            factor = table[r, entering]
+            if r != row and factor != 0.0:
+                for c in range(last + 1):
+                    table[r, c] -= factor * table[row, c]
+        leaving = basis[row]
+        basis[row] = entering
         if leaving == covering:
-            z = np.zeros(2 * n)
-            z[basis] = table[:, -1]
-            return np.maximum(z[n:], 0.0)
+            return True
         entering = leaving + n if leaving < n else leaving - n
-        column = table[:, entering]
-        rows = np.flatnonzero(column > _PIVOT * np.max(np.abs(column)))
-        if rows.size == 0:
-            raise NoSolutionError
-        ratios = table[rows, -1] / column[rows]
-        least = np.min(ratios)
-        ties = rows[ratios <= least + _TIE * scale]
-        # the artificial variable leaves as soon as it can
-        done = [r for r in ties if basis[r] == covering]
-        row = int(done[0] if done else min(ties, key=lambda r: tuple(table[r, order] / column[r])))
-    raise NoSolutionError
+        row = _leaving_row(table, basis, n, entering, _TIE * scale)
+        if row < 0:
+            return False
+    return False
+
+
+@jitable
+def _leaving_row(table: Array, basis: NDArray[np.int64], n: int, entering: int, tie: float) -> int:
+    """Row whose variable leaves the basis, -1 if there is none; the artificial one leaves as soon as it can.
+
+    Columns 0..n-1 are those of the inverse of the basis: rows in their lexicographic order have no ties.
+    """
+    largest, least, row = 0.0, np.inf, -1
+    for r in range(n):
+        largest = max(largest, abs(table[r, entering]))
+    smallest = _PIVOT * largest
+    for r in range(n):
+        if table[r, entering] > smallest:
+            least = min(least, table[r, 2 * n + 1] / table[r, entering])
+    for r in range(n):
+        if not table[r, entering] > smallest or table[r, 2 * n + 1] / table[r, entering] > least + tie:
+            continue
+        if basis[r] == 2 * n:
+            return r
+        c = 0 if row >= 0 else n
+        while c < n and table[r, c] / table[r, entering] == table[row, c] / table[row, entering]:
+            c += 1
+        if row < 0 or (c < n and table[r, c] / table[r, entering] < table[row, c] / table[row, entering]):
+            row = r
+    return row
 
 
 class Candidate(NamedTuple):

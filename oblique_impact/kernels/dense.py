@@ -47,6 +47,29 @@ def solve(lower: Array, right: Array, x: Array) -> None:
 
 
 @jitable
+def eliminate(matrix: Array, m: int) -> bool:
+    """Solve the first m equations by Gauss's elimination, into column m; False if they are singular."""
+    for k in range(m):
+        pivot = k
+        for r in range(k + 1, m):
+            if abs(matrix[r, k]) > abs(matrix[pivot, k]):
+                pivot = r
+        if matrix[pivot, k] == 0.0:
+            return False
+        for column in range(k, m + 1):
+            matrix[k, column], matrix[pivot, column] = matrix[pivot, column], matrix[k, column]
+        for r in range(k + 1, m):
+            factor = matrix[r, k] / matrix[k, k]
+            for column in range(k + 1, m + 1):
+                matrix[r, column] -= factor * matrix[k, column]
+    for k in range(m - 1, -1, -1):
+        for column in range(k + 1, m):
+            matrix[k, m] -= matrix[k, column] * matrix[column, m]
+        matrix[k, m] /= matrix[k, k]
+    return True
+
+
+@jitable
 def multiply(matrix: Array, x: Array, product: Array) -> None:
     """Matrix (n, n) times x (n,) into `product` (n,)."""
     for i in range(x.shape[0]):

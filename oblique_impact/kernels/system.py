@@ -75,6 +75,9 @@ class TouchesPlaces(Protocol):
     def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Fill the contact rows of one place of an evaluated system; powers are not among the numbers."""
 
+    def measure(self, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
+        """Gap, slip and gap rate of every place into the rows of `found` (places, 3); no contact rows."""
+
 
 class NormalModes(NamedTuple):
     """Modes of the linear part of a system with d degrees of freedom, z'' + damping z' + stiffness z = f."""

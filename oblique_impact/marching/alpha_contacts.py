@@ -33,6 +33,7 @@ from oblique_impact.contact.state import (
     Instant,
     Phase,
 )
+from oblique_impact.kernels.dense import eliminate
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
 from oblique_impact.marching.alpha_state import StepLength
@@ -93,7 +94,7 @@ def solve_coupled(
         return OK
     for k in range(closed):
         _take_equations(arrays, phase, k, closed, v.increment, step)
-    if not _eliminate(arrays.matrix, 2 * closed):
+    if not eliminate(arrays.matrix, 2 * closed):
         return NO_STICKING_SOLUTION
     for k in range(2 * closed):
         i, which, more = int(arrays.unknowns[k, 0]), k % 2, arrays.matrix[k, 2 * closed]
@@ -134,29 +135,6 @@ def _take_equations(
 
 
 @jitable
-def _eliminate(matrix: Array, m: int) -> bool:
-    """Solve the first m equations by Gauss's elimination, into column m; False if they are singular."""
-    for k in range(m):
-        pivot = k
-        for r in range(k + 1, m):
-            if abs(matrix[r, k]) > abs(matrix[pivot, k]):
-                pivot = r
-        if matrix[pivot, k] == 0.0:
-            return False
-        for column in range(k, m + 1):
-            matrix[k, column], matrix[pivot, column] = matrix[pivot, column], matrix[k, column]
-        for r in range(k + 1, m):
-            factor = matrix[r, k] / matrix[k, k]
-            for column in range(k + 1, m + 1):
-                matrix[r, column] -= factor * matrix[k, column]
-    for k in range(m - 1, -1, -1):
-        for column in range(k + 1, m):
-            matrix[k, m] -= matrix[k, column] * matrix[column, m]
-        matrix[k, m] /= matrix[k, k]
-    return True
-
-
-@jitable
 def project_sticking(arrays: ContactArrays, system: Any, phase: Phase, t: float, w: Workspace, y: Array) -> float:
     """Move q, then q', so that contacts that stick keep their slip, along the responses of the step; work (J)."""
     d, forces, done = w.vectors.forces.shape[0], w.vectors.forces, 0.0
@@ -177,7 +155,7 @@ def project_sticking(arrays: ContactArrays, system: Any, phase: Phase, t: float,
                 arrays.matrix[k, column] = dot(arrays.directions[i, 1], arrays.responses[other, 1])
             drift = drift_of(phase_of(phase, arrays, i).stick, instant_at(arrays, i))
             arrays.matrix[k, sticking] = -(drift if level == 0 else arrays.instants[i, SLIP_RATE])
-        if not _eliminate(arrays.matrix, sticking):
+        if not eliminate(arrays.matrix, sticking):
             return done
         for k in range(sticking):
             i = int(arrays.unknowns[k, 0])

@@ -48,6 +48,8 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield from _of_exact_beam(s)
     elif s.solver.scheme == "energy-consistent":
         yield "solver.scheme", 'only with discretization.method = "absolute"'
+    if s.solver.scheme == "time-stepping":
+        yield from _of_time_stepping(s)
     yield from _of_discretization(s)
     yield from _of_solver(s)
 
@@ -86,10 +88,12 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
-    if s.is_nodal and s.contact.normal == "rigid":
-        yield "contact.normal", f'should be "spring" {several} and the full nodal model; or keep modes'
-    if s.solver.scheme != "event" and s.contact.normal == "rigid":
-        yield "solver.scheme", f'should be "event" {several} and a rigid stop'
+    steps = s.solver.scheme == "time-stepping"
+    if s.is_nodal and s.contact.normal == "rigid" and not steps:
+        marched = 'for a rigid stop take solver.scheme = "time-stepping", or keep modes'
+        yield "contact.normal", f'should be "spring" {several} and the full nodal model; {marched}'
+    if s.solver.scheme not in ("event", "time-stepping") and s.contact.normal == "rigid":
+        yield "solver.scheme", f'should be "event" or "time-stepping" {several} and a rigid stop'
     if s.contact.surface == "section" and _is_tapered(s):
         yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
     if s.contact.enabled:
@@ -149,11 +153,24 @@ def _of_nodal_model(s: Scenario) -> Iterator[tuple[str, str]]:
     nodal, instead = "the full nodal model", "or keep modes: discretization.modes >= 1"
     if s.root.is_moved:
         yield "discretization.modes", f"{nodal} is for a pin or a hub of radius 0; keep modes"
-    if s.solver.scheme != "generalized-alpha":
-        marched = f'{nodal} (discretization.modes = 0) is marched by "generalized-alpha" only'
+    if s.solver.scheme not in ("generalized-alpha", "time-stepping"):
+        by = '"generalized-alpha" or "time-stepping"'
+        marched = f"{nodal} (discretization.modes = 0) is marched by {by} only"
         yield "solver.scheme", f"{marched}; leave this key out, {instead}"
     if s.beam.modal_damping_ratio > 0.0:
         yield "beam.modal_damping_ratio", f"{nodal} has no modes to damp; use beam.kelvin_voigt, {instead}"
+
+
+def _of_time_stepping(s: Scenario) -> Iterator[tuple[str, str]]:
+    where = 'with solver.scheme = "time-stepping"'
+    if s.contact.where != "anywhere" or not s.contact.enabled:
+        yield "solver.scheme", '"time-stepping" is for contact.where = "anywhere"; others march one point or none'
+    if s.contact.normal != "rigid":
+        yield "contact.normal", f'should be "rigid" {where}; other schemes take elastic obstacles'
+    if s.contact.friction == "modified-coulomb":
+        yield "contact.friction", f'should be "frictionless" or "hybrid" {where}'
+    if s.root.kind == "driven":
+        yield "root.kind", f'should be "pin" or "hub" {where}'
 
 
 def _of_exact_beam(s: Scenario) -> Iterator[tuple[str, str]]:

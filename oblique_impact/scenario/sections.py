@@ -22,7 +22,7 @@ from oblique_impact.scenario.units import Unit
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
-MAX_GRID = 64
+MAX_GRID = 1024
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
@@ -360,13 +360,16 @@ class DiscretizationSection(Section):
 class SolverSection(Section):
     """The marching scheme, its steps and tolerances."""
 
-    scheme: Literal["event", "fixed-step", "generalized-alpha", "energy-consistent"] = key(
+    scheme: Literal["event", "fixed-step", "generalized-alpha", "time-stepping", "energy-consistent"] = key(
         "event",
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of "
-        "the full nodal model), or energy-consistent (that of absolute coordinates)",
+        "the full nodal model), time-stepping for many rigid contacts, or energy-consistent (that of absolute "
+        "coordinates)",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
-        1e-10, "relative tolerance of a step (event), of the iterations (generalized-alpha, energy-consistent)"
+        1e-10,
+        "relative tolerance of a step (event), of the iterations (generalized-alpha, "
+        "time-stepping, energy-consistent)",
     )
     free_step: Annotated[Positive, Unit("s")] = key(1e-4, "step in flight (all but event)")
     contact_step: Annotated[Positive, Unit("s")] = key(1e-6, "step in contact (all but event)")

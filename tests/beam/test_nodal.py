@@ -152,3 +152,21 @@ def test_places_that_touch_obstacles_move_as_in_all_modes():
         for which in RESPONSES:
             row = pair.T.T @ getattr(pair.work.vectors, which)
             assert_allclose(row, getattr(pair.dense.vectors, which), atol=1e-12)
+
+
+@pytest.mark.parametrize("surface", ["axis", "section"])
+def test_all_places_are_measured_at_once_as_they_are_one_by_one(surface):
+    pegs = [{"kind": "point", "origin": [x, -0.05], "radius": 1e-3} for x in (0.3, 0.93)]
+    table = {"kind": "side", "origin": [0.0, -0.2], "angle": 0.1, "extent": [0.3, 0.61]}
+    contact = {"contact__where": "anywhere", "contact__grid": 7, "contact__surface": surface}
+    scene = {"initial__angle": 0.3, "slope__enabled": False, "obstacles": [*pegs, table]}
+    given = scenario_of(**contact, **scene, contact__normal="spring")
+    beam = FullBeam(given, fem_beam.build_nodal(given))
+    model, random = beam.model, np.random.default_rng(2)
+    w, n = model.new_workspace(), beam.size
+    q, qd = 0.3 * beam.operators.rigid + 0.01 * random.normal(size=n), random.normal(size=n)
+    found = np.zeros((len(beam.contact_places), 3))
+    model.measure(0.0, q, qd, w, found)
+    for i, row in enumerate(found):
+        k = model.touch(i, 0.0, q, qd, w)
+        assert_allclose(row, (k.gap, k.slip, k.gap_rate), rtol=1e-12, atol=1e-13)

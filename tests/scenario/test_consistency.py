@@ -22,6 +22,7 @@ RECTANGLE = f"{SHAPED}=rectangle beam.section.width=0.02 beam.section.height=0.0
 I_BEAM = f"{SHAPED}=i-beam beam.section.width=0.02 beam.section.height=0.04"
 
 #: key that is refused, changes of the paper's case, words of what is allowed
+STEPPED = "solver.scheme=time-stepping"
 REFUSED = [
     ("root.inertia", "root.inertia=1", 'only with root.kind = "hub" (it is "pin")'),
     ("root.torque", f"{DRIVEN} root.torque=2", 'only with root.kind = "hub" (it is "driven")'),
@@ -72,7 +73,7 @@ REFUSED = [
     ("contact.point", f"{NODAL} {MASSLESS} contact.point=0.5", "should be beam.length"),
     ("discretization.modes", f"{NODAL} {DRIVEN}", "a pin or a hub of radius 0"),
     ("discretization.modes", f"{NODAL} {HUB}", "a pin or a hub of radius 0"),
-    ("solver.scheme", f"{NODAL} solver.scheme=event", 'by "generalized-alpha" only'),
+    ("solver.scheme", f"{NODAL} solver.scheme=event", 'by "generalized-alpha" or "time-stepping" only'),
     ("discretization.frame", f"{NODAL} discretization.frame=tangent", 'the "mean-axis" frame only'),
     ("discretization.kinetics", f"{NODAL} discretization.kinetics=full", 'is "first-order"'),
     ("beam.modal_damping_ratio", f"{NODAL} beam.modal_damping_ratio=0.1", "no modes to damp"),
@@ -107,7 +108,7 @@ REFUSED = [
     ("obstacles", "obstacles=[{kind='point'}]", 'only with contact.where = "anywhere"'),
     ("contact.grid", "contact.grid=2", 'only with contact.where = "anywhere"'),
     ("slope.enabled", "slope.enabled=false", "contact.enabled = false is free motion"),
-    ("contact.grid", f"{ANYWHERE} contact.grid=65", "less than or equal to 64"),
+    ("contact.grid", f"{ANYWHERE} contact.grid=1025", "less than or equal to 1024"),
     ("contact.restitution", f"{ANYWHERE} contact.restitution=0.5", "of several contacts it has no limit"),
     ("contact.impact", f"{ANYWHERE} contact.impact=routh", 'should be "newton"'),
     ("contact.point_inertia", f"{ANYWHERE} {MASSLESS}", 'should be "kept"'),
@@ -121,6 +122,11 @@ REFUSED = [
     ),
     ("contact.normal", f"{NODAL} {ANYWHERE}", 'should be "spring"'),
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
+    ("solver.scheme", STEPPED, 'for contact.where = "anywhere"'),
+    ("contact.normal", f"{STEPPED} {ANYWHERE} contact.normal=spring", 'should be "rigid"'),
+    ("contact.point_inertia", f"{STEPPED} {ANYWHERE} contact.point_inertia=none", 'should be "kept"'),
+    ("contact.friction", f"{STEPPED} {ANYWHERE} contact.friction=modified-coulomb", 'or "hybrid"'),
+    ("root.kind", f"{STEPPED} {ANYWHERE} root.kind=driven", 'should be "pin" or "hub"'),
     (
         "contact.surface",
         f"{FEM} {ANYWHERE} contact.surface=section beam.outer_fibre=[[0,0.01],[1,0.02]]",

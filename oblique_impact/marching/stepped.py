@@ -1,0 +1,131 @@
+"""A run by time-stepping: one phase from the start to the end, events from the log of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
+from oblique_impact.contact.state import STATE, Phase, State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import Outcome, RunEnded
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching import loop
+from oblique_impact.marching.advance import Progress
+from oblique_impact.marching.equations import FRICTION_LOSS, NORMAL_IMPULSE, TANGENTIAL_IMPULSE
+from oblique_impact.marching.loop import Status
+from oblique_impact.marching.problem import Problem
+from oblique_impact.marching.records import Contact, Event
+from oblique_impact.marching.sampling import Observation
+from oblique_impact.marching.scheme import Prepared
+from oblique_impact.marching.several import MultiContactRun
+from oblique_impact.marching.time_stepping import (
+    IMPACT_NORMAL,
+    IMPACT_TANGENTIAL,
+    LEAST,
+    LOGGED,
+    MOST,
+    OWN_NORMAL,
+    PEAK,
+    PLASTIC_LOSS,
+    StepBuffers,
+    TimeSteppingScheme,
+)
+
+_STATES = {BACKWARDS: State.SLIP, OPEN: State.FREE, FORWARDS: State.SLIP, STUCK: State.STICK}
+
+
+class SteppedRun(MultiContactRun):
+    """A run over a problem with several contacts by time-stepping.
+
+    A contact that closes is an impact, with the impulses of the steps that close it and the energy that they and
+    all later normal impulses take; its release has the rest of the impulses, and of the energy the friction.
+    """
+
+    def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
+        super().__init__(problem, on_progress)
+        assert isinstance(problem.scheme, TimeSteppingScheme)
+        ends = np.ascontiguousarray(self._ends)
+        self._steps = StepBuffers.new(ends, problem.q0.size, problem.scheme.mu_static > 0.0)
+        self.prepared = Prepared(problem.system, self._scratch, self._steps)
+        self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
+
+    def _begin(self) -> None:
+        """Leave it to the first step to find what touches."""
+
+    def _keep(self, progress: Progress) -> None:
+        for row in self._steps.log[: self._steps.logged[0]]:
+            self._log(row)
+        if len(self.record.events) > loop.MAX_EVENTS:
+            raise RunEnded(Outcome.TOO_MANY_EVENTS)
+        super()._keep(progress)
+
+    def _log(self, row: Array) -> None:
+        """Make an event of a change of a contact's state, and a contact where one has opened."""
+        time, contact, before, after = float(row[0]), int(row[1]), int(row[2]), int(row[3])
+        slip, closing, slipping = (float(value) for value in row[4:7])
+        kind = EventKind.REVERSAL
+        if before == OPEN:
+            kind = EventKind.IMPACT
+        elif after == OPEN:
+            kind = EventKind.RELEASE
+        elif STUCK in (before, after):
+            kind = EventKind.STICK if after == STUCK else EventKind.SLIP
+        obstacle, place = self.contacts.obstacles[contact], self.contacts.place(contact, slip)
+        event = Event(time, kind, 0.0, 0.0, closing, slipping, 0.0, _STATES[after], obstacle=obstacle, place=place)
+        if kind is EventKind.IMPACT:
+            self._began[contact] = len(self.record.events), row.copy()
+        if kind is EventKind.RELEASE:
+            event = event.with_share(self._close_stepped(contact, time, row[OWN_NORMAL:LOGGED], row[LOGGED:]))
+        self.record.events.append(event)
+
+    def _close_stepped(self, contact: int, time: float, own: Array, counted: Array) -> Contact:
+        """Close a contact, `own` its impulses and friction loss (3,); returns the share behind its impact."""
+        number, began = self._began.pop(contact)
+        normal, tangential, friction = (float(value) for value in own - began[OWN_NORMAL:LOGGED])
+        impact = Impulse(*(float(counted[k]) for k in (IMPACT_NORMAL, IMPACT_TANGENTIAL, PLASTIC_LOSS)))
+        events = self.record.events
+        events[number] = events[number]._replace(
+            normal_impulse=impact.normal, tangential_impulse=impact.tangential, energy_loss=impact.energy_loss
+        )
+        places = sorted(self.contacts.place(contact, float(counted[k])) for k in (LEAST, MOST))
+        peak = float(counted[PEAK])
+        whole = Contact(
+            float(began[0]),
+            time,
+            normal,
+            tangential,
+            peak,
+            0.0,
+            impact.energy_loss + friction,
+            obstacle=self.contacts.obstacles[contact],
+            first_place=places[0],
+            last_place=places[1],
+        )
+        self.record.contacts.append(whole)
+        return Contact(
+            whole.start, time, normal - impact.normal, tangential - impact.tangential, peak, 0.0, friction
+        )
+
+    def _close_contact(self) -> None:
+        for contact in list(self._began):
+            own = self._own_quadratures(contact)[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS]]
+            self._close_stepped(contact, self._now.t, own, self._steps.counted[contact])
+
+    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
+        """Observe samples; between two changes of states they are a segment of their own."""
+        assert phase.arrays is not None
+        each = states[:, -len(self.contacts.places) :]
+        each = np.where(np.isnan(each), OPEN, each).astype(int)
+        changes = np.flatnonzero(np.any(each[1:] != each[:-1], axis=1)) + 1
+        for of_time, of_state, own in zip(
+            np.split(times, changes), np.split(states, changes), np.split(each, changes), strict=True
+        ):
+            rows = phase.arrays.rows
+            rows[:, STATE] = [_STATES[int(state)] for state in own[0]]
+            leading = int(State.SLIP if np.any(rows[:, STATE]) else State.FREE)
+            found = super()._observe(phase._replace(state=leading), of_time, of_state)
+            rows[:, STATE] = State.FREE
+        return found

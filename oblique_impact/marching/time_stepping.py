@@ -1,0 +1,453 @@
+"""Time-stepping for many rigid contacts: mid-point steps, complementarity at their ends, no search for events.
+
+With v = q', the means v_m of the velocities and q_m of the coordinates of a step from 0 to 1 of length h
+
+    M(q_m) (v1 - v0) = h Q(t_m, q_m, v_m) + C^T P,    q1 = q0 + h v_m
+    0 <= P_n _|_ C_n v1 + g/h >= 0,    P_tau by Coulomb's law on C_tau v1
+
+over all places, with gaps g and rows C at x0 = q0 + h v0/2 (Moreau 1988; Stewart and Trinkle 1996).  These
+staggered coordinates go on by x1 = x0 + h v1, so that the gap that is closed is that of x1: it is zero but for h^2
+times its acceleration, and does not drift.  A contact closes within two steps, whose velocities end at -g/h and at
+zero.
+
+The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
+steps that close a contact, is lost in plastic impacts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK
+from oblique_impact.contact.impulses import (
+    BACKWARDS,
+    FORWARDS,
+    OPEN,
+    STUCK,
+    ImpulseProblem,
+    solve_impulses,
+)
+from oblique_impact.contact.state import SIDE, ContactArrays, Phase
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
+from oblique_impact.marching.advance import (
+    FAILED_ITERATION,
+    UNBOUNDED,
+    Limits,
+    Position,
+    Step,
+    StepState,
+    keep_sample,
+    refused,
+)
+from oblique_impact.marching.buffers import NO_GUARD, Scratch
+from oblique_impact.marching.equations import (
+    DAMPING_LOSS,
+    FRICTION_LOSS,
+    NORMAL_IMPULSE,
+    OF_A_CONTACT,
+    QUADRATURES,
+    SUPPLIED,
+    TANGENTIAL_IMPULSE,
+)
+from oblique_impact.marching.scheme import Prepared, Scheme
+
+STEPS_PER_CALL = 1_000  # the log of a call has room for every contact in each of its steps
+_MOST_ITERATIONS = 20
+_STALLED = 0.5  # a correction that is no smaller than this part of the last one is rounding
+#: steps in which a contact closes: their impulses are those of its impact
+_OF_AN_IMPACT = 2
+
+GAP, SLIP, GAP_RATE = range(3)
+
+#: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that close it, energy (J)
+#: lost in plastic impact, largest force (N) after these steps, least and largest slip (m)
+STEPS, IMPACT_NORMAL, IMPACT_TANGENTIAL, PLASTIC_LOSS, PEAK, LEAST, MOST = range(7)
+COUNTED = 7
+#: columns of the log, before what is counted: time (s), contact, state before and after, slip, gap rate before and
+#: slip rate after the step, and impulses and friction loss of the contact before the step
+TIME, CONTACT, BEFORE, AFTER, AT_SLIP, CLOSING_RATE, SLIPPING_RATE, OWN_NORMAL, OWN_TANGENTIAL, OWN_FRICTION = (
+    range(10)
+)
+LOGGED = 10
+
+
+class StepBuffers(NamedTuple):
+    """Buffers of a run of n contacts and d degrees of freedom, and the contacts from step to step."""
+
+    ends: Array  # (2, n) least and largest slip (m) of each contact
+    acceleration: Array  # (d,) (v1 - v0)/h
+    places: Array  # (n, 3) gap, slip and gap rate of every place
+    gaps: Array  # (n,) at the staggered coordinates; inf of a place that is beyond its side
+    closed: NDArray[np.int64]  # (n,) the contacts of the problem, m of them
+    states: NDArray[np.int64]  # (n,) of every contact
+    counted: Array  # (n, 7)
+    log: Array  # (rows, 17) changes of states
+    logged: NDArray[np.int64]  # (1,) number of rows
+    factored: Array  # (3,) s, step of each effective matrix
+    staggered: Array  # (d,) coordinates q0 + h v0/2
+    in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
+    impulses: Array  # (2 n,) N s, of these
+    problem: ImpulseProblem
+
+    @classmethod
+    def new(cls, ends: Array, size: int, rubs: bool) -> StepBuffers:
+        """Allocate the buffers of contacts with the given `ends` (2, n)."""
+        n = ends.shape[1]
+        return cls(
+            ends,
+            np.zeros(size),
+            np.zeros((n, 3)),
+            np.zeros(n),
+            np.zeros(n, dtype=np.int64),
+            np.zeros(n, dtype=np.int64),
+            np.zeros((n, COUNTED)),
+            np.zeros((STEPS_PER_CALL * n, LOGGED + COUNTED)),
+            np.zeros(1, dtype=np.int64),
+            np.zeros(EFFECTIVE_SLOTS),
+            np.zeros(size),
+            np.zeros(n, dtype=np.bool_),
+            np.zeros(2 * n),
+            ImpulseProblem.new(n, rubs),
+        )
+
+
+class Solution(NamedTuple):
+    """The end of the iterations of a step."""
+
+    status: int
+    contacts: int  # of the problem
+    supplied_power: float  # W
+
+
+@jitable
+def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[float, float]:
+    """Gaps at the staggered coordinates; returns the smallest (m) and the largest speed (m/s) of any place.
+
+    A place that has come below the line of a side beyond its end meets the side only after it has come back up.
+    """
+    b, rows, first, last = stepper.buffers, stepper.arrays.rows, stepper.buffers.ends[0], stepper.buffers.ends[1]
+    stepper.system.measure(t, x, v0, stepper.scratch.work, b.places)
+    nearest, fastest = 1e300, 0.0
+    for i in range(b.gaps.shape[0]):
+        gap, slip = b.places[i, GAP], b.places[i, SLIP]
+        beyond = slip < first[i] or slip > last[i]
+        if rows[i, SIDE] < 0.0 and gap > 0.0:
+            rows[i, SIDE] = 1.0
+        elif beyond and gap < 0.0:
+            rows[i, SIDE] = -1.0
+        b.gaps[i] = gap if rows[i, SIDE] > 0.0 and not beyond else np.inf
+        nearest, fastest = min(nearest, b.gaps[i]), max(fastest, abs(b.places[i, GAP_RATE]))
+    return nearest, fastest
+
+
+@jitable
+def _take_contact(
+    stepper: TimeStepper, m: int, i: int, t: float, x: Array, v0: Array, rank_one: float, slot: int
+) -> None:
+    """Add contact i to the problem as its number m: rows, responses and velocities by unit impulses."""
+    b, arrays, w, p = stepper.buffers, stepper.arrays, stepper.scratch.work, stepper.buffers.problem
+    v, directions, responses = w.vectors, arrays.directions, arrays.responses
+    touched = stepper.system.touch(i, t, x, v0, w)
+    copy(v.normal_row, directions[i, 0])
+    copy(v.tangential_row, directions[i, 1])
+    stepper.system.solve_effective(rank_one, w, slot, True)
+    copy(v.normal_response, responses[i, 0])
+    copy(v.tangential_response, responses[i, 1])
+    b.closed[m], p.states[m] = i, b.states[i]
+    p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
+    p.impulses[2 * m], p.impulses[2 * m + 1] = 0.0, 0.0
+    if p.states[m] == OPEN:
+        p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
+    for k in range(m + 1):
+        j = b.closed[k]
+        for a in range(2 if stepper.rubs else 1):
+            for c in range(2 if stepper.rubs else 1):
+                entry = dot(directions[i, a], responses[j, c])
+                p.delassus[2 * m + a, 2 * k + c] = entry
+                p.delassus[2 * k + c, 2 * m + a] = entry
+
+
+@jitable
+def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
+    """Solve for the impulses of the m contacts of the problem; the end v1 of the velocities changes with them."""
+    b, arrays, p = stepper.buffers, stepper.arrays, stepper.buffers.problem
+    directions = 2 if stepper.rubs else 1
+    for k in range(m):
+        i = b.closed[k]
+        for a in range(directions):
+            rate = dot(arrays.directions[i, a], v1)
+            for c in range(2 * m):
+                rate -= p.delassus[2 * k + a, c] * b.impulses[c]
+            p.rates[2 * k + a] = rate + (b.gaps[i] / h if a == 0 else 0.0)
+    if not solve_impulses(p, m, stepper.rubs):
+        return False
+    for k in range(m):
+        for a in range(directions):
+            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], arrays.responses[b.closed[k], a]
+            b.impulses[2 * k + a] = p.impulses[2 * k + a]
+            for j in range(v1.shape[0]):
+                v1[j] += more * response[j]
+    return True
+
+
+@jitable
+def _settle(
+    stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int
+) -> int:
+    """Let impulses keep the end of a step out of all obstacles; the number of contacts in the problem, or -1."""
+    b, s, d = stepper.buffers, stepper.scratch, x.shape[0]
+    v0, v1 = y[d : 2 * d], s.y_new[d : 2 * d]
+    if m == 0:
+        for i in range(b.states.shape[0]):
+            b.in_problem[i] = b.states[i] != OPEN and b.gaps[i] < np.inf
+            if b.in_problem[i]:
+                _take_contact(stepper, m, i, t, x, v0, rank_one, slot)
+                m += 1
+    while True:
+        if m > 0 and not _solve(stepper, m, h, v1):
+            return -1
+        stepper.system.measure(t, x, v1, s.work, b.places)
+        before = m
+        for i in range(b.states.shape[0]):
+            if not b.in_problem[i] and b.places[i, GAP_RATE] + b.gaps[i] / h < -s.tolerances.velocity:
+                b.in_problem[i] = True
+                _take_contact(stepper, m, i, t, x, v0, rank_one, slot)
+                m += 1
+        if m == before:
+            return m
+
+
+@jitable
+def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> Solution:
+    """Iterate to the end of a step of length h: velocities there into s.y_new, q_m and v_m into s.at.
+
+    The step is `clear` if no place can reach its obstacle within it.
+    """
+    s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
+    w, x, acceleration = s.work, b.staggered, b.acceleration
+    d, middle, m, before = x.shape[0], t + 0.5 * h, 0, 0.0
+    v0, v1, residual, increment = y[d : 2 * d], s.y_new[d : 2 * d], w.vectors.residual, w.vectors.increment
+    copy(v0, v1)
+    for iteration in range(_MOST_ITERATIONS):
+        for j in range(d):
+            acceleration[j] = (v1[j] - v0[j]) / h
+            s.at[d + j] = 0.5 * (v0[j] + v1[j])
+            s.at[j] = y[j] + 0.5 * h * s.at[d + j]
+        e = stepper.system.take_residual(middle, s.at[:d], s.at[d : 2 * d], acceleration, False, w)
+        for k in range(m):
+            for a in range(2):
+                force = b.impulses[2 * k + a] / h
+                for j in range(d):
+                    residual[j] += force * arrays.directions[b.closed[k], a, j]
+        if iteration == 0:
+            stale = b.factored[slot] != h
+            if not stepper.system.factor_effective(middle, s.at[:d], 0.5 * h, 0.25 * h * h, w, slot, stale):
+                return Solution(MASS_NOT_POSITIVE, m, 0.0)
+            b.factored[slot] = h
+        stepper.system.solve_effective(e.rank_one, w, slot, False)
+        change = h * np.sqrt(abs(dot(increment, residual)))
+        supplied = e.supplied_power + dot(w.vectors.supply, acceleration)
+        for j in range(d):
+            v1[j] += h * increment[j]
+        if not clear:
+            m = _settle(stepper, m, middle, h, x, y, e.rank_one, slot)
+        if m < 0:
+            return Solution(-FAILED_ITERATION, 0, 0.0)
+        # the next correction is smaller than this one as this one is smaller than the one before
+        done = change <= stepper.tolerance or change * change <= stepper.tolerance * before
+        if iteration > 0 and (done or change > _STALLED * before):
+            return Solution(OK if change < UNBOUNDED else -FAILED_ITERATION, m, supplied)
+        before = change
+    return Solution(-FAILED_ITERATION, m, 0.0)
+
+
+@jitable
+def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
+    """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
+    s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
+    y_new, w, d, n = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0]
+    v0, v1 = y[d : 2 * d], y_new[d : 2 * d]
+    for j in range(d):
+        s.at[d + j] = 0.5 * (v0[j] + v1[j])
+        y_new[j] = y[j] + h * s.at[d + j]
+        s.at[j] = 0.5 * (y[j] + y_new[j])
+    before, after = y[2 * d :], y_new[2 * d :]
+    tail = QUADRATURES + OF_A_CONTACT * n
+    for k in range(tail):
+        after[k] = before[k]
+    for j in range(d):
+        after[tail + j] = (v1[j] - v0[j]) / h
+    for k in range(tail + d, tail + d + 3 * n):
+        after[k] = 0.0
+    after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
+    after[SUPPLIED] += h * supplied
+    for k in range(m):
+        i, state = b.closed[k], b.problem.states[k]
+        normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
+        gap_rate, slip_rate = dot(arrays.directions[i, 0], v0), dot(arrays.directions[i, 1], v0)
+        slip_rate_after = dot(arrays.directions[i, 1], v1)
+        friction = -0.5 * tangential * (slip_rate + slip_rate_after)
+        plastic = -0.5 * normal * (gap_rate + dot(arrays.directions[i, 0], v1))
+        if b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT:
+            # of an impact that jams friction alone may give energy: only the sum is a loss
+            plastic, friction = plastic + friction, 0.0
+        if state != b.states[i]:
+            _log(stepper, i, state, end, gap_rate, slip_rate_after, before)
+        own, forces = QUADRATURES + OF_A_CONTACT * i, tail + d + 2 * i
+        after[NORMAL_IMPULSE] += normal
+        after[TANGENTIAL_IMPULSE] += tangential
+        after[FRICTION_LOSS] += friction
+        after[own], after[own + 1] = before[own] + normal, before[own + 1] + tangential
+        after[own + 2] = before[own + 2] + friction
+        after[forces], after[forces + 1] = normal / h, tangential / h
+        b.states[i] = state
+        if state != OPEN:
+            _count(b.counted[i], b.places[i, SLIP], normal, tangential, plastic, h)
+    for i in range(n):
+        if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
+            _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before)
+            b.states[i] = OPEN
+        after[tail + d + 2 * n + i] = b.states[i]
+
+
+@jitable
+def _log(
+    stepper: TimeStepper, i: int, state: int, t: float, gap_rate: float, slip_rate: float, quadratures: Array
+) -> None:
+    """Log a change of the state of contact i; begin to count anew if it closes."""
+    b, own = stepper.buffers, QUADRATURES + OF_A_CONTACT * i
+    counted, row = b.counted[i], b.log[b.logged[0]]
+    if b.states[i] == OPEN:
+        for k in range(COUNTED):
+            counted[k] = 0.0
+        counted[LEAST] = counted[MOST] = b.places[i, SLIP]
+    row[TIME], row[CONTACT], row[BEFORE], row[AFTER] = t, i, b.states[i], state
+    row[AT_SLIP], row[CLOSING_RATE], row[SLIPPING_RATE] = b.places[i, SLIP], gap_rate, slip_rate
+    for k in range(3):
+        row[OWN_NORMAL + k] = quadratures[own + k]
+    copy(counted, row[LOGGED:])
+    b.logged[0] += 1
+
+
+@jitable
+def _count(counted: Array, slip: float, normal: float, tangential: float, plastic: float, h: float) -> None:
+    """Count one more step of a closed contact."""
+    if counted[STEPS] < _OF_AN_IMPACT:
+        counted[IMPACT_NORMAL] += normal
+        counted[IMPACT_TANGENTIAL] += tangential
+    else:
+        counted[PEAK] = max(counted[PEAK], normal / h)
+    counted[STEPS] += 1.0
+    counted[PLASTIC_LOSS] += plastic
+    counted[LEAST], counted[MOST] = min(counted[LEAST], slip), max(counted[MOST], slip)
+
+
+class TimeStepper(NamedTuple):
+    """Steps of the scheme; a `Stepper`."""
+
+    system: Any
+    arrays: ContactArrays
+    limits: Limits
+    scratch: Scratch
+    buffers: StepBuffers
+    far_step: float  # s
+    near_step: float  # s, where a place is closer than `near` to its obstacle
+    near: float  # m
+    tolerance: float  # J^1/2
+    static: float  # coefficients of friction
+    kinetic: float
+    rubs: bool  # whether there is friction
+
+    def begin(self, start: StepState, y: Array) -> tuple[int, float]:
+        """Measure the gaps."""
+        d = self.buffers.acceleration.shape[0]
+        self.buffers.logged[0] = 0
+        nearest, _ = _measure_gaps(self, start.t, y[:d], y[d : 2 * d])
+        return OK, nearest
+
+    def length(self, gap: float, h: float) -> float:
+        """Length of the steps here."""
+        return self.far_step if gap > self.near else self.near_step
+
+    def take(self, now: Position, length: float, end: float, y: Array) -> Step:
+        """Take a step with all its contacts."""
+        b, h = self.buffers, end - now.t  # as the clock counts
+        d, slot = b.acceleration.shape[0], 2
+        if length == now.h:
+            slot, h = (0 if length == self.far_step else 1), length
+        for j in range(d):
+            b.staggered[j] = y[j] + 0.5 * h * y[d + j]
+        for k in range(b.impulses.shape[0]):
+            b.impulses[k] = 0.0
+        for i in range(b.in_problem.shape[0]):
+            b.in_problem[i] = False
+        nearest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
+        clear = nearest > self.near and nearest > 2.0 * h * fastest
+        found = _iterate(self, now.t, h, slot, clear, y)
+        if found.status != OK:
+            return refused(found.status, 0.0)
+        _finish(self, end, h, found.contacts, found.supplied_power, y)
+        return Step(OK, True, end, length, NO_GUARD, nearest, 0.0, 0.0)
+
+    def arrive(self, step: Step, y: Array) -> Step:
+        """Keep a sample if one is due."""
+        keep_sample(step.end, y, self.limits, self.scratch.samples)
+        return step
+
+
+@dataclass(frozen=True)
+class TimeSteppingScheme(Scheme):
+    """Time-stepping with one step in flight and one where obstacles are near, for rigid contacts.
+
+    Attributes
+    ----------
+    free_step, contact_step : float
+        s.
+    near : float
+        Gap (m) below which the contact step is taken.
+    tolerance : float
+        Of the iterations of a step, on the energy of a correction, as a part of the motion's: the root of it.
+    mu_static, mu_kinetic : float
+        Coefficients of friction.
+    """
+
+    free_step: float
+    contact_step: float
+    near: float
+    tolerance: float
+    mu_static: float = 0.0
+    mu_kinetic: float = 0.0
+    name = "time-stepping"
+    order = 1
+
+    def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
+        """Acceleration, contact forces and states of contacts over the last step, behind the quadratures."""
+        return size + 3 * contacts
+
+    def steps_per_call(self, size: int) -> int:  # noqa: D102
+        return STEPS_PER_CALL
+
+    def stepper(  # noqa: D102
+        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
+    ) -> TimeStepper:
+        assert phase.arrays is not None
+        scratch = prepared.scratch
+        return TimeStepper(
+            prepared.system,
+            phase.arrays,
+            limits,
+            scratch,
+            prepared.own,
+            float(self.free_step),
+            float(self.contact_step),
+            float(self.near),
+            self.tolerance * float(np.sqrt(scratch.tolerances.energy)),
+            float(self.mu_static),
+            float(self.mu_kinetic),
+            self.mu_static > 0.0,
+        )

@@ -1,0 +1,244 @@
+"""Time-stepping: many places at once against another program, events by another scheme, balances."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from oblique_impact import Scenario, simulate
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.history import History
+from tests.marching.linear_beam import fall
+from tests.marching.test_several import PEGS
+
+STEPS = "solver.scheme=time-stepping"
+
+
+def energy(history: History) -> np.ndarray:
+    """Energy (J) at the samples."""
+    return sum(history[f"energy_{part}"].values for part in ("kinetic", "elastic", "gravity"))
+
+
+@cache
+def built_in(case: str, *keys: str) -> History:
+    """Run a built-in case."""
+    return simulate(Scenario.builtin(case, list(keys)))
+
+
+# --- a beam that lies down on a table
+
+
+@pytest.mark.parametrize(("case", "impulse", "lasts"), [("slap", 2.712, 9.89e-3), ("edge", 3.272, 9.905e-3)])
+def test_a_beam_slaps_onto_a_table_as_in_a_program_with_linear_kinematics(case, impulse, lasts):
+    """First-order kinetics are off by 0.05 % of the impulse of the slap, by 0.3 % of that of the edge."""
+    found = built_in(case, "solver.contact_step=2.5e-6")
+    first, last = min(c.start for c in found.contacts), max(c.end for c in found.contacts)
+    assert sum(c.normal_impulse for c in found.contacts) == pytest.approx(impulse, rel=5e-3)
+    assert last - first == pytest.approx(lasts, rel=5e-3)
+
+
+def test_a_slap_loses_the_energy_that_it_loses_by_linear_kinematics():
+    found = built_in("slap", "solver.contact_step=2.5e-6")
+    drop = 0.5 * found.scenario.beam.length * (np.sin(found.scenario.initial.angle) + 0.02)
+    mass = Sections.from_scenario(found.scenario).mass
+    speed = sqrt(2.0 * mass * found.scenario.gravity * drop / (mass / 3.0))
+    wanted = fall(64, 2.5e-6, 12e-3, -0.02, -speed, 0.02, 1.0)
+    assert wanted.lost == pytest.approx(1.064, rel=5e-3)
+    first = min(c.start for c in found.contacts)
+    lost = energy(found)[0] - np.interp(first + 12e-3, found["time"].values, energy(found))
+    assert lost == pytest.approx(wanted.lost, rel=5e-3)
+    assert min(c.first_place for c in found.contacts) == wanted.zone
+
+
+@pytest.mark.parametrize("edge", [1.0, 0.61])
+def test_a_small_slap_is_that_of_linear_kinematics(edge):
+    """Of a fall ten times as slow the kinematics differ a hundred times less."""
+    side = {"kind": "side", "origin": [0.0, -0.002]} | ({"extent": [0.0, edge]} if edge < 1.0 else {})
+    given = Scenario.builtin("slap", ["contact.grid=16", "discretization.elements=16"])
+    given = given.replace(
+        obstacles=[side],
+        end_time=0.012,
+        initial__angle=0.0,
+        initial__angular_velocity=-0.4,
+        solver__free_step=5e-6,
+        solver__output_interval=1e-3,
+    )
+    found, wanted = simulate(given), fall(16, 5e-6, 0.012, 0.0, -0.4, 0.002, edge)
+    assert wanted.impulse > 0.1
+    assert sum(c.normal_impulse for c in found.contacts) == pytest.approx(wanted.impulse, rel=1e-4)
+    assert energy(found)[0] - energy(found)[-1] == pytest.approx(wanted.lost, rel=1e-3)
+    assert min(c.first_place for c in found.contacts) == pytest.approx(wanted.zone, abs=1e-5)
+
+
+@pytest.mark.parametrize("friction", ["frictionless", "hybrid"])
+def test_all_nodes_of_a_mesh_lie_down_as_all_its_modes_do(friction):
+    mesh = "contact.grid=8", "discretization.elements=8", "solver.contact_step=1e-5", "end_time=0.39"
+    keys = (*mesh, f"contact.friction={friction}")
+    nodes = built_in("slap", *keys)
+    modes = built_in("slap", *keys, "discretization.modes=16", "discretization.frame=mean-axis")
+    assert [(e.kind, e.place) for e in nodes.events] == [(e.kind, e.place) for e in modes.events]
+    assert len(nodes.events) > 20
+    for a, b in zip(nodes.contacts, modes.contacts, strict=True):
+        assert (a.start, a.end) == pytest.approx((b.start, b.end), abs=1e-12)
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, abs=1e-9)
+        assert a.tangential_impulse == pytest.approx(b.tangential_impulse, abs=1e-9)
+    assert nodes.balance["final"] == pytest.approx(modes.balance["final"], rel=1e-9)
+
+
+def test_a_damped_beam_comes_to_rest_on_a_table():
+    """The free length between the pin and where it lies is (24 EI d/w)^(1/4), with a force of w a/2 at its end."""
+    given = Scenario.builtin("slap").replace(
+        contact__grid=32,
+        discretization__elements=32,
+        beam__mass_proportional=60.0,
+        beam__youngs_modulus=68.952e7,
+        obstacles=[{"kind": "side", "origin": [0.0, -0.002]}],
+        initial__angle=0.0,
+        end_time=1.0,
+        solver__contact_step=1e-4,
+        solver__output_interval=1e-2,
+    )
+    found = simulate(given)
+    weight = Sections.from_scenario(given).mass * given.gravity
+    free = (24.0 * given.beam.youngs_modulus * given.beam.second_moment * 0.002 / weight) ** 0.25
+    force, places = found["contact_lambda_n"].values[-1], found["contact_place"].values[-1]
+    assert force.sum() == pytest.approx(weight * (1.0 - 0.5 * free), rel=1e-3)
+    assert places[force > 0.0].min() == pytest.approx(free, abs=1.0 / 32)
+    assert found["contact_gap"].values[-1].min() > -1e-9
+
+
+# --- against located events
+
+
+@cache
+def on_pegs(*keys: str) -> History:
+    """The beam falls onto two pegs without friction, until the first collision is over."""
+    common = "discretization.modes=4", "end_time=0.388", "contact.friction=frictionless"
+    return simulate(Scenario.builtin("two-pegs", [*common, *keys]))
+
+
+def test_events_and_impulses_are_those_of_the_event_scheme_to_first_order():
+    located = on_pegs()
+    ends = [max(c.end for c in located.contacts if c.obstacle == peg) for peg in (1, 2)]
+    apart = []
+    for step in (1e-5, 2.5e-6):
+        found = on_pegs(STEPS, f"solver.contact_step={step}", f"solver.free_step={step}")
+        times, impulses = [], []
+        for peg in (1, 2):
+            own = [c for c in found.contacts if c.obstacle == peg]
+            wanted = [c for c in located.contacts if c.obstacle == peg]
+            times += [own[0].start - wanted[0].start, max(c.end for c in own) - ends[peg - 1]]
+            impulses.append(sum(c.normal_impulse for c in own) - sum(c.normal_impulse for c in wanted))
+        assert np.max(np.abs(times)) < 2.0 * step
+        assert np.max(np.abs(impulses)) < 10.0 * step
+        lost = found.balance["lost_impact"] - located.balance["lost_impact"]
+        apart.append(np.max(np.abs([*impulses, lost])))
+    assert apart[1] < 0.5 * apart[0]
+
+
+def test_a_beam_that_rubs_on_a_peg_turns_its_slip_when_located_events_do():
+    """Impulses that close a contact have friction here alone: the motion after them differs by a thousandth."""
+    peg = [{"kind": "point", "origin": [0.5, 0.0]}]
+    given = Scenario.builtin("two-pegs", ["discretization.modes=4", "end_time=0.39"]).replace(obstacles=peg)
+    located = simulate(given)
+    found = simulate(given.replace(solver__scheme="time-stepping", solver__free_step=1e-5))
+    assert [(e.kind, e.state) for e in found.events] == [(e.kind, e.state) for e in located.events]
+    assert sum(e.kind is EventKind.REVERSAL for e in found.events) == 10
+    for a, b in zip(found.events, located.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-5)
+        if a.kind is EventKind.RELEASE:
+            assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-3)
+            assert a.tangential_impulse == pytest.approx(b.tangential_impulse, rel=2e-2)
+            assert a.energy_loss == pytest.approx(b.energy_loss, rel=2e-2)
+
+
+def test_no_contact_gains_energy_where_an_impact_jams():
+    """On the steep rough slope of the case an impact sticks at once."""
+    keys = "contact.where=anywhere", STEPS, "solver.contact_step=1e-5", "solver.free_step=1e-5", "end_time=0.6"
+    found = built_in("sticking", *keys)
+    assert found["contact_state"].values[-1, 0] == 2
+    assert min(c.energy_loss for c in found.contacts) > -1e-6
+    assert found.balance["lost_friction"] > 0.0
+    assert abs(found.balance["unaccounted"]) < 1e-6
+
+
+# --- balances, laws and states
+
+
+@pytest.fixture(
+    scope="module", params=[(), ("discretization.kinetics=full", "discretization.modes=2")], ids=["first", "full"]
+)
+def rubbed(request) -> History:
+    """The beam falls onto two pegs with friction."""
+    keys = ["discretization.modes=4", "end_time=0.39", "solver.output_interval=2e-5", STEPS]
+    steps = ["solver.contact_step=5e-6", "solver.free_step=2e-5"]
+    given = Scenario.builtin("two-pegs", [*keys, *steps, *request.param])
+    return simulate(given.replace(obstacles=list(PEGS)))
+
+
+def test_the_energy_and_the_impulses_of_all_contacts_add_up(rubbed):
+    assert rubbed.outcome.label == "completed"
+    assert abs(rubbed.balance["unaccounted"]) < 1e-6
+    assert rubbed.balance["lost_impact"] > 0.5
+    assert rubbed.balance["lost_friction"] > 1e-3
+    lost = sum(c.energy_loss for c in rubbed.contacts)
+    assert lost == pytest.approx(rubbed.balance["lost_impact"] + rubbed.balance["lost_friction"], rel=1e-9)
+    for name in ("normal_impulse", "tangential_impulse"):
+        total = sum(getattr(c, name) for c in rubbed.contacts)
+        assert sum(getattr(e, name) for e in rubbed.events) == pytest.approx(total, rel=1e-9)
+
+
+def test_contacts_push_and_rub_by_their_laws(rubbed):
+    state, slip = rubbed["contact_state"].values, rubbed["contact_slip_rate"].values
+    normal, along = rubbed["contact_lambda_n"].values, rubbed["contact_lambda_tau"].values
+    slides = (state == 1) & (np.abs(slip) > 1e-3)
+    assert slides.any()
+    assert along[slides] == pytest.approx(-0.3 * normal[slides] * np.sign(slip[slides]), rel=1e-9)
+    assert (normal[state != 0] > 0.0).all()
+    assert (normal[state == 0] == 0.0).all()
+    assert (np.abs(along) <= 0.3 * normal * (1.0 + 1e-9)).all()
+    assert rubbed["contact_gap"].values.min() > -1e-6
+
+
+def test_momentum_and_energy_balance_in_every_step():
+    """Without weight and damping the forces alone turn the beam about its pin, and take its energy."""
+    step = 1e-5
+    keys = "gravity=0", "beam.kelvin_voigt=0", "initial.angle=0", "initial.angular_velocity=-4", "end_time=0.02"
+    mesh = "contact.grid=8", "discretization.elements=8", f"solver.contact_step={step}", f"solver.free_step={step}"
+    found = built_in("slap", *keys, *mesh, f"solver.output_interval={step}")
+    force, gap = found["contact_lambda_n"].values, found["contact_gap"].values
+    assert (force > 0.0).sum() > 100
+    inertia = (
+        Sections.from_scenario(found.scenario).mass / 3.0
+    )  # of the mean axis, in which the beam has no momentum
+    moments = step * (force * found["contact_place"].values).sum(axis=1)[1:]
+    gained = inertia * np.diff(found["theta_dot"].values)
+    work = (force[1:] * np.diff(gap, axis=0)).sum(axis=1)
+    # but for the second order of angles and deflections
+    assert gained == pytest.approx(moments, abs=5e-4 * moments.max())
+    assert np.diff(energy(found)) == pytest.approx(work, abs=2e-5 * np.abs(work).max())
+    assert abs(found.balance["unaccounted"]) < 1e-7
+
+
+def test_a_beam_at_rest_sticks_to_its_pegs_and_carries_its_weight():
+    """How two pegs share an axial force is not determined: the event scheme ends there, impulses exist."""
+    pegs = [{"kind": "point", "origin": [x, -1e-3], "radius": 1e-3} for x in (0.5, 0.9)]
+    keys = ["beam.kelvin_voigt=0", "beam.modal_damping_ratio=0.9", "initial.angle=0", "end_time=0.05", STEPS]
+    found = simulate(Scenario.builtin("two-pegs", [*keys, "solver.contact_step=1e-5"]).replace(obstacles=pegs))
+    assert found.outcome.label == "completed"
+    weight = Sections.from_scenario(found.scenario).mass * found.scenario.gravity
+    forces, places = found["contact_lambda_n"].values[-1], found["contact_place"].values[-1]
+    assert forces @ places == pytest.approx(0.5 * weight * found.scenario.beam.length, rel=1e-5)
+    assert (found["contact_state"].values[-1] != 0).all()
+    assert np.abs(found["contact_slip_rate"].values[-1]).max() < 1e-12
+
+
+def test_a_tip_that_has_fallen_past_a_table_is_not_lifted_by_it():
+    """The free end falls past the end of the table; the corner alone holds the beam."""
+    found = built_in("edge", "contact.grid=8", "discretization.elements=8", "solver.contact_step=2e-5")
+    assert (found["contact_place"].values[found["contact_state"].values != 0] < 0.62).all()
+    assert found["tip_y"].values.min() < -0.02
