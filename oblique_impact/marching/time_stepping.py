@@ -59,6 +59,8 @@ from oblique_impact.marching.scheme import Prepared, Scheme
 STEPS_PER_CALL = 1_000  # the log of a call has room for every contact in each of its steps
 _MOST_ITERATIONS = 20
 _STALLED = 0.5  # a correction that is no smaller than this part of the last one is rounding
+#: tolerances of velocities: a slower slip is rounding
+_STILL = 100.0
 #: steps in which a contact closes: their impulses are those of its impact
 _OF_AN_IMPACT = 2
 
@@ -291,6 +293,10 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
         gap_rate, slip_rate = dot(arrays.directions[i, 0], v0), dot(arrays.directions[i, 1], v0)
         slip_rate_after = dot(arrays.directions[i, 1], v1)
+        if stepper.rubs and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
+            state = (
+                STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
+            )
         friction = -0.5 * tangential * (slip_rate + slip_rate_after)
         plastic = -0.5 * normal * (gap_rate + dot(arrays.directions[i, 0], v1))
         if b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT:
