@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
@@ -61,6 +62,11 @@ class SteppedRun(MultiContactRun):
         if len(self.record.events) > loop.MAX_EVENTS:
             raise RunEnded(Outcome.TOO_MANY_EVENTS)
         super()._keep(progress)
+        self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
+
+    def _relative_inertia(self) -> float:
+        """Impulses exist whatever the friction."""
+        return 1.0
 
     def _log(self, row: Array) -> None:
         """Make an event of a change of a contact's state, and a contact where one has opened."""
@@ -125,7 +131,11 @@ class SteppedRun(MultiContactRun):
         ):
             rows = phase.arrays.rows
             rows[:, STATE] = [_STATES[int(state)] for state in own[0]]
-            leading = int(State.SLIP if np.any(rows[:, STATE]) else State.FREE)
-            found = super()._observe(phase._replace(state=leading), of_time, of_state)
+            found = super()._observe(phase._replace(state=_leading(own[0])), of_time, of_state)
             rows[:, STATE] = State.FREE
         return found
+
+
+def _leading(states: NDArray[np.int64]) -> int:
+    """Return the state that stands for those of all contacts."""
+    return int(State.SLIP if np.any(states != OPEN) else State.FREE)
