@@ -84,15 +84,16 @@ def test_a_belt_supplies_what_friction_takes_and_the_block_gains():
 
 
 def test_a_macro_collision_adds_up_its_contacts():
-    """Two contacts 0.1 s apart, and one that follows 0.3 s after the end of the second."""
+    """Two contacts 0.1 s apart, and two more from 0.3 s after the end of the second."""
     contacts = [
         Contact(0.0, 0.2, 1.0, -2.0, 30.0, 0.0, 0.0),
         Contact(0.3, 0.4, 4.0, -8.0, 20.0, 0.0, 0.0),
         Contact(0.7, 0.8, 16.0, -32.0, 10.0, 0.0, 0.0),
+        Contact(0.9, 1.0, 2.0, 1.0, 15.0, 0.0, 0.0),
     ]
     assert macro_collisions(contacts, 0.25) == [
         MacroCollision(0.0, 0.4, 2, 5.0, -10.0, 30.0),
-        MacroCollision(0.7, 0.8, 1, 16.0, -32.0, 10.0),
+        MacroCollision(0.7, 1.0, 2, 18.0, -31.0, 15.0),
     ]
 
 
