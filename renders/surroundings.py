@@ -41,7 +41,7 @@ class DrawnObstacle(NamedTuple):
 
     @property
     def surface(self) -> Array:
-        """What the beam touches: two ends of a side, the whole outline of a peg."""
+        """The line that the beam can touch (n, 2), m: a side from end to end, or the closed outline of a peg."""
         return self.outline[:2] if self.is_side else np.append(self.outline, self.outline[:1], axis=0)
 
 

@@ -13,6 +13,7 @@ components of a difference of places: nothing of the beam's shape enters.
 from __future__ import annotations
 
 import cmath
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -53,7 +54,7 @@ class Rows(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Touching:
+class Touching(ABC):
     """What both kinds of contact have in common."""
 
     beam: ExactBeam
@@ -75,13 +76,13 @@ class Touching:
         # at a release, the gap is zero but for rounding
         return self.law.stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
 
+    @abstractmethod
     def place(self, stage: Stage) -> Place:
         """Return the contact at a state."""
-        raise NotImplementedError
 
+    @abstractmethod
     def rows(self, q0: Array, q1: Array) -> Rows:
         """Return the contact over a step."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

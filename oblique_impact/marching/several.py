@@ -158,11 +158,9 @@ class MultiContactRun(Run):
         for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and contacts.machines.compliant]:
             own = probe.of(i).instant
             for j, machine in enumerate(machines):
-                kinds = (
-                    (contacts.obstacles[j], contacts.on_side[j]),
-                    (contacts.obstacles[i], not contacts.on_side[i]),
-                )
-                if kinds[0] != kinds[1] or (contacts.heirs is not None and contacts.heirs.get(i) != j):
+                if contacts.obstacles[j] != contacts.obstacles[i] or contacts.on_side[j] == contacts.on_side[i]:
+                    continue
+                if contacts.heirs is not None and contacts.heirs.get(i) != j:
                     continue
                 other = probe.of(j).instant
                 apart = contacts.place(i, own.slip) - contacts.place(j, other.slip)
