@@ -36,7 +36,7 @@ def test_a_run_that_is_asked_to_end_keeps_its_history(run, tmp_path):
             said = interrupt(process, group=True, number=signal.SIGTERM)
         assert process.returncode == 130
         assert said.splitlines()[-1].startswith("oblique-impact: interrupted")
-        if "what was computed is kept" in said:
+        if "what was computed is kept" in said and float(History.load(tmp_path)["time"][-1]) > 0.0:
             break
     assert_keeps_its_history(tmp_path)
 
