@@ -26,7 +26,7 @@ from oblique_impact.contact.forces import (
 )
 from oblique_impact.contact.several import contact_at, contact_count, contact_phase, keep_forces
 from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, ContactArrays, Instant, Phase
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import by_reference, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, dot
 from oblique_impact.marching.advance import FAILED_ITERATION, UNBOUNDED
 from oblique_impact.marching.alpha_contacts import add_forces, solve_coupled, touch_all
@@ -203,7 +203,7 @@ def _largest_defect(arrays: ContactArrays | None, phase: Phase, c: Instant, velo
         return 0.0
     largest = 0.0
     for i in range(contact_count(arrays)):
-        own = contact_phase(arrays, phase, i)
+        own = by_reference(contact_phase(arrays, phase, i))
         if own.state != FREE:
             largest = max(largest, _contact_defect(own, contact_at(arrays, c, i), velocity))
     return largest

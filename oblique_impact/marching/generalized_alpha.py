@@ -36,7 +36,7 @@ from oblique_impact.contact.state import (
     Instant,
     Phase,
 )
-from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.jit import by_reference, inlined, jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
@@ -119,7 +119,7 @@ def _report(a: Attempt, h: float, solution: Solution) -> Solution:
     """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
     arrays, end = a.phase.arrays, solution.end
     for i in range(contact_count(arrays)):
-        phase = contact_phase(arrays, a.phase, i)
+        phase = by_reference(contact_phase(arrays, a.phase, i))
         reported = _report_contact(a, phase, i, h, contact_at(arrays, solution.end, i))
         end = keep_forces(arrays, end, i, reported.normal_force, reported.tangential_force)
     return Solution(solution.status, end, solution.rank_one)
@@ -182,7 +182,7 @@ def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
     first, part = NO_GUARD, 1.0
     for guard in range(s.guards.armed.shape[0]):
         fa, fb = _raised(s, _START, guard), _raised(s, _END, guard)
-        if _of_force(phase, guard) and fb <= 0.0:
+        if fb <= 0.0 and _of_force(phase, guard):
             place = fa / (fa - fb) if fa > 0.0 else 0.0
             if first == NO_GUARD or place < part:
                 first, part = guard, place
@@ -226,7 +226,7 @@ def _cut(a: Attempt, solution: Solution) -> Cut:
                 length = taken
     for guard in range(s.guards.armed.shape[0]):
         # each guard of the motion that is found fallen shortens the step
-        if solution.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
+        if solution.status == 0 and _raised(s, _END, guard) <= 0.0 and not _of_force(phase, guard):
             fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.guards.thresholds[guard]
             own = contact_phase(phase.arrays, phase, guard // GUARDS)
             narrow = (1e-3 if own.state == FREE else 1.0) * close / h
