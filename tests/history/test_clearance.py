@@ -20,27 +20,6 @@ LONG = (
 )
 
 
-CASES = {
-    "paper": ("paper", "end_time=0.4"),
-    "ledge": ("mid-span", "contact.where=point", "contact.point=0.6", "end_time=0.5"),
-    "long and tapered": ("tapered", *LONG),
-    "short obstacle": ("paper", "slope.extent=[0.5, 0.65]", "end_time=0.4"),
-    "sixteen modes": ("many-modes", "end_time=0.35"),
-}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_the_summary_is_the_smallest_of_the_history(run, name):
-    history = run(*CASES[name])
-    found, distance = history.summary["clearance"], history["clearance"].values
-    length = history.scenario.beam.length
-    assert distance.min() <= found["distance"] <= distance.min() + 1e-9 * length
-    k = np.flatnonzero(history["time"].values == found["time"])
-    assert found["distance"] in distance[k]
-    assert found["x"] in history["clearance_at"].values[k]
-    assert np.all(distance[: k[0]] > distance.min() + 1e-9 * length)
-
-
 def test_without_contact_there_is_no_distance(run):
     history = run("spin-up", "end_time=0.01")
     assert "clearance" not in history.data
