@@ -28,18 +28,6 @@ class Block(MechanicalSystem):
         return 0.5 * self.mass * float(qd @ qd), 0.0, 0.0
 
 
-def incline(angle, gravity=9.8, mass=1.0):
-    """A block on a plane inclined by `angle`, its weight as the potential of the gravity energy."""
-    weight = mass * gravity
-
-    class Incline(Block):
-        def energy(self, t, q, qd):
-            height = q[0] * np.sin(angle) + q[1] * np.cos(angle)
-            return 0.5 * mass * float(qd @ qd), 0.0, weight * height
-
-    return Incline(lambda t, q, qd: (-weight * np.sin(angle), -weight * np.cos(angle)), mass)
-
-
 class Prescribed(MechanicalSystem):
     """A coordinate s with s'' = acceleration whose gap is g(s), with derivatives g1 and g2; q = [s]."""
 

@@ -46,20 +46,6 @@ def test_ci_installs_the_lower_bounds():
     assert installed == least
 
 
-def test_metadata_are_complete():
-    assert {
-        "authors",
-        "description",
-        "keywords",
-        "classifiers",
-        "license",
-        "readme",
-        "requires-python",
-    } <= PROJECT.keys()
-    least = PROJECT["requires-python"].removeprefix(">=")
-    assert f"Programming Language :: Python :: {least}" in PROJECT["classifiers"]
-
-
 def test_the_citation_is_of_this_version():
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert {"cff-version", "message", "title", "authors", "version"} <= cited.keys()

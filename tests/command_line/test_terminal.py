@@ -21,12 +21,12 @@ SHOW_CURSOR, ERASE_LINE = b"\x1b[?25h", b"\x1b[2K"
 class Terminal:
     """A command in a pseudo-terminal of 100 columns, and all that it has written."""
 
-    def __init__(self, words, folder, **environment):
+    def __init__(self, words, folder):
         self.written, self._until = b"", time.monotonic() + 120.0
         process, self._file = pty.fork()
         if process == 0:
             os.chdir(folder)
-            os.environ.update({"TERM": "xterm-256color", "COLUMNS": "100", **environment})
+            os.environ.update({"TERM": "xterm-256color", "COLUMNS": "100"})
             os.execv(sys.executable, [sys.executable, "-m", "oblique_impact", *words])
         self._process = process
 
@@ -86,13 +86,6 @@ def test_calls_that_count_show_how_many_are_done(run, tmp_path):
     terminal = Terminal(["export", "history.nc", "--every", "50", "--out", "beam.pvd"], tmp_path)
     assert terminal.finish() == 0
     assert re.search(rb"export.*\d+/[1-9]", terminal.written)
-
-
-def test_a_terminal_without_colours_gets_none(tmp_path):
-    terminal = Terminal(["run", "paper", "--set", "end_time=0.1", "--out", "out"], tmp_path, NO_COLOR="1")
-    assert terminal.finish() == 0
-    assert not re.search(rb"\x1b\[[\d;]*3\dm", terminal.written)
-    assert b"completed" in terminal.written
 
 
 def test_a_pipe_gets_plain_text_even_if_colours_are_forced(cli, monkeypatch, tmp_path):

@@ -52,17 +52,3 @@ def test_branches_tile_the_line(law):
     for v in np.linspace(-0.03, 0.03, 1001):
         inside = law.branch(v, 1)
         assert inside.lower <= v <= inside.upper
-
-
-def test_regularization_vanishes_in_the_limit(run):
-    """Without stick in it, the hybrid law is the limit of the modified one for v1 -> 0, at first order."""
-    short = "end_time=0.335"
-    hybrid = run("paper", short)
-    last = []
-    for v1 in ("1e-3", "1e-4"):
-        law = ("contact.friction=modified-coulomb", f"contact.regularization=[0.0, {v1}]")
-        modified = run("paper", short, *law)
-        assert [e.kind for e in modified.events] == [e.kind for e in hybrid.events]
-        last.append(abs(modified.events[-1].time - hybrid.events[-1].time))
-    assert last[1] < 0.15 * last[0]
-    assert 0.0 < last[0] < 1e-6

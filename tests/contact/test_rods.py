@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from math import atan, cos, pi, radians, sin, sqrt, tan
+from math import atan, cos, radians, sin, sqrt
 
 import numpy as np
 import pytest
 
 from oblique_impact import History, Outcome, simulate_system
-from oblique_impact.contact.forces import NO_SLIDING_SOLUTION, Forces, sliding_force
-from oblique_impact.contact.friction import Branch, Coulomb
-from oblique_impact.contact.state import Instant, Phase, State
+from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.small_systems import FreeRod, samples_at
-
-
-def sliding(instant: Instant, ratio: float) -> Forces:
-    """Force of a sliding contact, lambda_tau = ratio lambda_n."""
-    return sliding_force(Phase(int(State.SLIP), friction=Branch(ratio, 0.0, -np.inf, np.inf)), instant)
 
 
 def slide_rod(mu: float, angle: float, slip: float, spin: float) -> History:
@@ -49,15 +42,3 @@ def test_a_rod_slides_into_the_paradox_only_above_a_second_critical_friction(spi
         x = atan((3.0 * mu - sqrt(9.0 * mu**2 - 16.0)) / 2.0)
         growth = 6.0 * sin(x) * (mu * sin(x) - cos(x)) / (3.0 * (sin(2.0 * x) + mu * cos(2.0 * x)))
         assert np.sign(round(growth - 1.0, 9)) == sign
-
-
-def test_the_pinned_bar_jams_at_high_friction():
-    """A bar that slides off the slope, at phi to it, is held by it from mu = cot|phi| on (item 6d)."""
-    jam, phi, inertia, length = VALUES["6d"]["jam_mu"], VALUES["4"]["theta_f"] - pi / 10, 0.7, 1.3
-    assert jam == pytest.approx(1.0 / tan(abs(phi)), rel=1e-11)
-    normal, tangential = length * cos(phi), -length * sin(phi)  # D_n and D_tau
-    delassus = normal**2 / inertia, normal * tangential / inertia, tangential**2 / inertia
-    leaving = Instant(0.0, 0.0, normal, tangential, *delassus, gap_acceleration=-1.0)
-    assert leaving.slip_rate > 0.0
-    assert sliding(leaving, -jam * (1.0 + 1e-10)).status == NO_SLIDING_SOLUTION
-    assert sliding(leaving, -jam * (1.0 - 1e-10)).normal > 0.0

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import signal
-
 import numpy as np
 import pytest
 
 from oblique_impact import History, Interrupted, Outcome, Scenario, simulate, simulate_system
-from oblique_impact.marching import loop
 from tests.systems import Block
 
 NODAL = (
@@ -54,24 +51,6 @@ def test_an_interrupted_run_keeps_what_is_computed(tmp_path, changes, calls):
     assert isinstance(stopped.value, Interrupted)
     assert_begins_as(stopped.value.history, simulate(scenario))
     assert History.load(stopped.value.history.save(tmp_path)).outcome is Outcome.INTERRUPTED
-
-
-def test_an_interrupt_between_a_call_and_its_bookkeeping(run, monkeypatch):
-    """The state is that of the end of the call by then, the time still that of its beginning."""
-    march, calls = loop.march, []
-
-    def interrupted(*arguments):
-        progress = march(*arguments)
-        calls.append(progress.state.t)
-        if len(calls) == 4:
-            signal.raise_signal(signal.SIGINT)
-        return progress
-
-    whole = run("paper", "end_time=0.4")
-    monkeypatch.setattr(loop, "march", interrupted)
-    with pytest.raises(Interrupted) as stopped:
-        simulate(Scenario.builtin("paper", ["end_time=0.4"]))
-    assert_begins_as(stopped.value.history, whole)
 
 
 def test_the_exact_beam_is_interrupted_alike():

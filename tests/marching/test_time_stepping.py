@@ -169,9 +169,11 @@ def test_no_contact_gains_energy_where_an_impact_jams():
 # --- balances, laws and states
 
 
-@pytest.fixture(
-    scope="module", params=[(), ("discretization.kinetics=full", "discretization.modes=2")], ids=["first", "full"]
-)
+# compiles kernels of its own
+FULL = pytest.param(("discretization.kinetics=full", "discretization.modes=2"), marks=pytest.mark.slow)
+
+
+@pytest.fixture(scope="module", params=[(), FULL], ids=["first", "full"])
 def rubbed(request) -> History:
     """The beam falls onto two pegs with friction."""
     keys = ["discretization.modes=4", "end_time=0.39", "solver.output_interval=2e-5", STEPS]

@@ -94,24 +94,6 @@ def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pr
     assert said(viewer) == "t = 0.10000 s  FREE"
 
 
-def test_the_space_bar_plays_the_film_and_starts_it_again(viewer):
-    def shown():
-        return viewer._slider.GetRepresentation().GetValue()
-
-    viewer.step()
-    assert shown() == pytest.approx(viewer.times[0])  # it stands still until it is asked to play
-    viewer._toggle()
-    viewer.step()
-    assert shown() == pytest.approx(viewer.times[1])
-    viewer.go_to(float(viewer.times[-1]))
-    viewer.step()
-    assert shown() == pytest.approx(viewer.times[0])
-    viewer._toggle()
-    viewer.step()
-    assert shown() == pytest.approx(viewer.times[0])
-    assert np.all(np.diff(viewer.times) > 0.0)
-
-
 WINDOW = """
 import sys, threading, time
 import pyvista as pv

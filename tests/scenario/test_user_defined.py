@@ -185,12 +185,6 @@ def test_the_parts_of_the_how_to_run():
     assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
 
 
-# --- a law with a stick state and kinks beside zero
-
-
-# --- Routh's impact on the beam
-
-
 # --- what is refused
 
 

@@ -13,8 +13,9 @@ from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.validation.small_systems import Particle
 from tests.small.systems import GRAVITY, SCHEMES, completed, kinds_of, last, scheme_of
-from tests.systems import Block, RungeKutta, incline
+from tests.systems import Block, RungeKutta
 
 STEP = 1e-3
 #: what a scheme may be away in time (s): a fixed step notices up to a step late, generalized-alpha is second order
@@ -38,7 +39,7 @@ def test_a_block_slides_off_the_end_and_falls_freely(name, mu):
     leaves = (speed - start) / acceleration
     history = completed(
         simulate_system(
-            incline(alpha),
+            Particle(above=-GRAVITY * np.cos(alpha), along=-GRAVITY * np.sin(alpha)),
             np.zeros(2),
             np.array([-start, 0.0]),
             end,
@@ -102,7 +103,7 @@ def test_what_an_elastic_stop_stores_at_its_end_is_lost_with_the_contact(name):
     depth = GRAVITY / stiffness
     history = completed(
         simulate_system(
-            incline(0.0),
+            Particle(above=-GRAVITY),
             np.array([0.0, -depth]),
             np.array([speed, 0.0]),
             0.3,

@@ -108,17 +108,6 @@ def test_a_collision_is_drawn_in_milliseconds_and_mm_with_its_marks_and_the_pape
     assert labels[3:] == ["slip reverses", "judged stick", "paper"]
 
 
-def test_vibrations_are_bands_but_short_forces_are_lines():
-    """Fifty periods of 2 ms: seen in 450 pixels they are a band; a force has its peak, and no outline."""
-    schemes = both(*[1.0] * 6)
-    fast = made(theta=lambda t: np.sin(2.0 * np.pi * t / 2.1e-3), lambda_tau=lambda t: np.sin(3000.0 * t))
-    schemes["event"] = Models(fast, *schemes["event"][1:])
-    assert [len(axes.collections) for axes in drawn(8, schemes).axes] == [0, 1]
-    force = drawn(2, schemes).axes[1]
-    assert len(force.collections) == 0
-    assert force.lines[0].get_ydata().tolist() == fast["lambda_tau"].values.tolist()
-
-
 def test_the_window_of_a_collision_holds_all_runs_and_what_the_paper_names():
     early, late = (made(macros=m) for m in ([(0.30, 0.32), (0.66, 0.69)], [(0.31, 0.35), (0.65, 0.67)]))
     schemes = {"fixed-step": Models(early, early, late), "event": Models(early, early, early)}

@@ -68,23 +68,6 @@ def test_every_shipped_study_can_be_planned():
     assert len(predictability_cases()) == 6
 
 
-def test_finite_elements_show_order_four():
-    ladder = shipped_study("elements").ladders[1]
-    # the flexibility left out is a small difference: the rounding of K of 192 elements shows in it
-    base = ladder.base.replace(end_time=0.36, contact__residual_flexibility=False)
-    names = ("first_impact", "impulse", "peak_force", "energy_final")
-    small = Ladder("a", base, "elements", (24.0, 48.0, 96.0, 192.0), names, ladder.declared)
-    result = refine(study=Study("small", "small", "", (small,), tolerance=1e-6), workers=1)
-    for item in result.ladders[0].results[:3]:
-        orders = item.analysis.levels["observed_order"][2:]
-        assert tuple(orders) == pytest.approx((4.0, 4.0), abs=0.2), item.quantity.name
-        assert item.analysis.order == pytest.approx(4.0, abs=0.05)
-        assert item.analysis.verdict == CONVERGED
-    # nothing takes energy: all levels agree, and a constant has no order
-    energy = result.quantity("energy_final").analysis
-    assert (energy.verdict, math.isnan(energy.order)) == (CONVERGED, True)
-
-
 def test_schemes_show_their_declared_orders_in_free_flight():
     flights = tuple(ladder for ladder in shipped_study("steps").ladders if ladder.name.startswith("flight"))
     result = refine(study=Study("flights", "flights", "", flights, tolerance=1e-6), workers=1)

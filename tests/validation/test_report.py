@@ -5,18 +5,12 @@ from __future__ import annotations
 import json
 import math
 import re
-from datetime import UTC, date, datetime, timedelta
 
 import pandas as pd
 import pytest
 
 from oblique_impact import InputError
 from oblique_impact.validation.report import Cell, Report, Section, Table, Text, number, picture
-
-
-def test_a_report_says_when_it_was_made():
-    (found,) = re.findall(r"<dt>date</dt><dd[^>]*>(\d{4}-\d\d-\d\d) ", document().html())
-    assert abs(datetime.now(UTC).date() - date.fromisoformat(found)) <= timedelta(days=1)
 
 
 def document() -> Report:
