@@ -17,8 +17,8 @@ LOCKED = dict(
     re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements.lock").read_text(encoding="utf-8"), re.MULTILINE)
 )
 LOCKED = {name.lower().replace("_", "-"): version for name, version in LOCKED.items()}
-#: of another program, which only the benchmarks take and no lock holds
-UNLOCKED = {"exudyn"}
+#: of other programs, which only the benchmarks take and no lock holds
+UNLOCKED = {"exudyn", "mujoco"}
 NEEDS = [
     *PROJECT["dependencies"],
     *(need for extra in PROJECT["optional-dependencies"].values() for need in extra),

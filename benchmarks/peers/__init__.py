@@ -1,0 +1,1 @@
+"""Other programs on problems of this one."""
