@@ -124,15 +124,20 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     s = beam.scenario
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
-    if s.contact.point_inertia == "none" and beam.residual_compliance == 0.0:
+    anywhere, massless = s.contact.where == "anywhere", s.contact.point_inertia == "none"
+    yields = massless and anywhere and s.contact.enabled and not s.is_nodal and beam.contact_places
+    yielding = beam.yielding() if yields else None
+    left_out = beam.residual_compliance > 0.0 if yielding is None else yielding.flexibility.any()
+    if massless and not left_out and not (anywhere and s.is_nodal):
         raise refused(
             "contact.point_inertia",
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
     multi_contact = None
-    if s.contact.where == "anywhere" and s.contact.enabled and beam.contact_places:
+    if anywhere and s.contact.enabled and beam.contact_places:
         multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts)
+        multi_contact = multi_contact._replace(yielding=yielding)
     if multi_contact:
         machine = multi_contact.machines.machines[0]
     else:
@@ -197,7 +202,12 @@ def scheme_of(scenario: Scenario) -> Scheme:
         rubs = c.friction != "frictionless" and c.mu_kinetic > 0.0
         mu = (c.mu_static, c.mu_kinetic) if rubs else (0.0, 0.0)
         return TimeSteppingScheme(
-            v.free_step, min(v.contact_step, v.free_step), near, ITERATIONS * v.tolerance, *mu
+            v.free_step,
+            min(v.contact_step, v.free_step),
+            near,
+            ITERATIONS * v.tolerance,
+            *mu,
+            massless=c.point_inertia == "none",
         )
     return EventScheme(v.tolerance)
 
@@ -234,7 +244,9 @@ def contact_law_of(scenario: Scenario, stiffness: float) -> ContactLaw | None:
     c = scenario.contact
     if c.normal == "spring":
         return ElasticStop(stiffness, c.damping)
-    return MasslessPoint() if c.point_inertia == "none" else None
+    if c.point_inertia == "none" and scenario.solver.scheme != "time-stepping":
+        return MasslessPoint()
+    return None
 
 
 def _impact_law(scenario: Scenario) -> ImpactLaw:

@@ -15,13 +15,15 @@ from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
-from oblique_impact.beam.residual_flexibility import residual_flexibility
+from oblique_impact.beam.residual_flexibility import flexibility_between, residual_flexibility
 from oblique_impact.contact.state import Residual
+from oblique_impact.contact.yielding import Yielding
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
 from oblique_impact.kernels.workspace import Vectors
 from oblique_impact.scenario.scenario import Scenario
 
+_STIFFENED = 1e-3  # of the mass, small against it and far above rounding
 _ROOTS = {"pin": floating_frame.PIN, "hub": floating_frame.HUB, "driven": floating_frame.DRIVEN}
 
 
@@ -222,6 +224,20 @@ class Beam:
         clamped = self.scenario.discretization.frame == "tangent"
         return float(residual_flexibility(self.operators, clamped, place)[0, 0])
 
+    def yielding(self) -> Yielding:
+        """Return the residual flexibility of all places that can touch, for those without inertia.
+
+        Obstacle points have the place at which they meet the straight beam.
+        """
+        s, reach = self.scenario, self.scenario.root.hub_radius
+        sides = np.array([place.on_side for place in self.contact_places])
+        numbers = np.array([place.numbers for place in self.contact_places])
+        x, y, distance = numbers[:, :3].T
+        beside = np.sqrt(np.maximum(x * x + y * y - distance * distance, 0.0)) - reach
+        places = np.where(sides, x, np.clip(beside, 0.0, s.beam.length))
+        matrix = flexibility_between(self.operators, s.discretization.frame == "tangent", places)
+        return Yielding.new(matrix, s.beam.kelvin_voigt, numbers[:, 1], np.where(sides, 0.0, numbers[:, 4]))
+
     def residual(self, q: Array) -> Residual:
         """Return the residual flexibility of the contact along the normal, at the coordinates q (d,)."""
         s = self.scenario
@@ -335,7 +351,15 @@ class FullBeam(Beam):
         at = np.flatnonzero((o.contact_shape != 0.0) | (o.contact_slope != 0.0))
         vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.coupling, o.P, rigid
         vectors[frame.GRAVITY_RIGID], vectors[frame.SHORTENING_RIGID] = o.D @ rigid, shortening @ rigid
-        mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(bands, o.coupling)
+        factored, massless = bands, None
+        if o.means is not None:
+            massless = frame.mean_velocities(o.means.toarray(), self.hub_inertia > 0.0)
+            # a little stiffness makes the mass definite: for the acceleration from which a run starts
+            factored = bands.copy()
+            deflections = bands[:, 0, 1::2].sum(axis=1)
+            share = _STIFFENED * deflections[frame.MASS_BAND] / deflections[frame.STIFFNESS_BAND]
+            factored[frame.MASS_BAND] += share * bands[frame.STIFFNESS_BAND]
+        mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(factored, o.coupling)
         return NodalModel(
             bands=bands,
             mass_factor=mass_factor,
@@ -347,6 +371,7 @@ class FullBeam(Beam):
             contact_first=int(at[0]),
             contact_end=int(at[-1]) + 1,
             places=self._nodal_places(),
+            massless=massless,
             **self._load_and_slope(),
         )
 

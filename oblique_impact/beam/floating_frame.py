@@ -287,6 +287,11 @@ def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, 
 
 
 @jitable
+def settle_beam(model: BeamModel, mean: Array, v: Array) -> None:
+    """Do nothing: all coordinates have inertia."""
+
+
+@jitable
 def _touched(
     places: Places | None, model: BeamModel, place: int, t: float, q: Array, qd: Array, v: Vectors
 ) -> Evaluation:
@@ -439,6 +444,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     damping_at = beam_damping
     touch = touch_beam
     measure = measure_beam
+    settle = settle_beam
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; the elastic part of the mass matrix is there once and for all."""

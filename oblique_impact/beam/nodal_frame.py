@@ -12,6 +12,9 @@ they split again by theta = S.W/J, B = W - x theta.  First-order kinetics reads
 
 with N = M1 - C of the beam alone, because N x = 0 and K x = 0.  Everything is banded but for rank one, so a step
 costs O(n).
+
+Where nodes have no inertia (:class:`MeanVelocities`) M is singular: what it does not see of the velocities is a
+matter of choice, and not marched.
 """
 
 from __future__ import annotations
@@ -62,6 +65,17 @@ class NodalPlaces(NamedTuple):
     vectors: Vectors  # of n + 1 coordinates
 
 
+class MeanVelocities(NamedTuple):
+    """Means b_e of the velocities on elements, all that has inertia, and motions r_e of these means alone.
+
+    b_e r_e = 1, b_e r_f = 0; both are over deflection and slope at the start and at the end of each element.
+    """
+
+    means: Array  # (elements, 4)
+    motions: Array  # (elements, 4)
+    hub: bool  # whether the slope of the root has the inertia of a hub
+
+
 class _NodalData(NamedTuple):
     """A nodal beam on a pin or a hub of radius 0; n free degrees of freedom, constant during a run."""
 
@@ -84,6 +98,7 @@ class _NodalData(NamedTuple):
     tangential_offset: float  # c_t (m)
     places: NodalPlaces | None = None  # in the place of the contact point on the slope: several obstacles
     place: int = -1  # the one that `evaluate` takes as the contact, -1: none
+    massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
 
 
 @jitable
@@ -256,6 +271,31 @@ def _measure_places(
 def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
     """Gap, slip and gap rate of every place into `found` (places, 3)."""
     _measure_places(model.places, model, q, qd, w, found)
+
+
+@jitable
+def _keep_means(massless: MeanVelocities | None, mean: Array, v: Array) -> None:
+    """Let `v` be `mean` but for its means on the elements; the compiler drops this of nodes with inertia."""
+    if massless is None:
+        return
+    b, r, n = massless.means, massless.motions, v.shape[0]
+    root = v[0] - mean[0] if massless.hub else 0.0
+    for j in range(n):
+        v[j] -= mean[j]
+    for e in range(b.shape[0]):
+        share = -root * b[e, 1] if e == 0 else 0.0
+        for k in range(1 if e == 0 else 0, 4):
+            share += b[e, k] * v[2 * e - 1 + k]
+        for k in range(1 if e == 0 else 0, 4):
+            mean[2 * e - 1 + k] += r[e, k] * share
+    mean[0] += root
+    copy(mean, v)
+
+
+@jitable
+def settle_nodal(model: NodalModel, mean: Array, v: Array) -> None:
+    """Let what has no inertia have the velocities `mean`, which change; only with such a mesh."""
+    _keep_means(model.massless, mean, v)
 
 
 @jitable
@@ -486,6 +526,7 @@ class NodalModel(_NodalData):
     damping_at = nodal_damping
     touch = touch_nodal
     measure = measure_nodal
+    settle = settle_nodal
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; memory is linear in the degrees of freedom."""
@@ -514,3 +555,25 @@ def factored_mass(bands: Array, coupling: Array) -> tuple[Array, Array]:
     for k in range(1, HALF_BANDWIDTH + 1):
         factors[k:n, k] = cholesky[k, : n - k] / cholesky[0, : n - k]
     return factors, cho_solve_banded((cholesky, True), coupling)
+
+
+def mean_velocities(means: Array, hub: bool) -> MeanVelocities:
+    """Return the means (elements, n) of the deflections on elements with motions of these means.
+
+    Between two elements with the means a w + s phi and a' w + s' phi of deflection w and slope phi of their node,
+    (s', -a') leaves the second where it is, (-s, a) the first.  A root with a hub's inertia does not move.
+    """
+    count = len(means)
+    padded = np.hstack([np.zeros((count, 1)), means])  # the root has no deflection
+    own = np.array([padded[e, 2 * e : 2 * e + 4] for e in range(count)])
+    motions = np.zeros((count, 4))
+    if not hub:
+        motions[0, 1] = 0.5 / own[0, 1]
+    motions[-1, 2] = 0.5 / own[-1, 2]
+    for e in range(count - 1):
+        a, s, after, steep = own[e, 2], own[e, 3], own[e + 1, 0], own[e + 1, 1]
+        half = 0.5 / (a * steep - s * after)
+        motions[e, 2:], motions[e + 1, :2] = (half * steep, -half * after), (-half * s, half * a)
+    if hub:
+        motions[0] *= 2.0
+    return MeanVelocities(own, motions, hub)

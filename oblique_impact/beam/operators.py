@@ -82,6 +82,7 @@ class BeamOperators:
     largest_element: float = 0.0  # m, of a nodal model
     left_out: float = 0.0  # m/N, compliance of a contact point that a nodal model has condensed
     along: ShapeFunctions | None = None  # at any place, for contact anywhere along the beam
+    means: Matrix = None  # (elements, n) mean deflection of each element, where nodes have no inertia
 
     @property
     def size(self) -> int:

@@ -29,10 +29,14 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
     x, w = gauss_rule(edges, _GAUSS_POINTS)
     moments = np.stack([np.maximum(point - x, 0.0), np.where(x < point, 1.0, 0.0)])
     if not clamped:
-        inertia = sections.inertia + sections.hub_inertia
-        turning = np.array([sections.hub_radius + point, 1.0]) / inertia
-        moments -= turning[:, None] * sections.outer_inertia_moment(x)
+        moments -= _balance(sections, np.array([sections.hub_radius + point, 1.0]), x)
     return np.asarray((moments * (w / sections.bending_stiffness(x))) @ moments.T)
+
+
+def _balance(sections: Sections, loads: Array, x: Array) -> Array:
+    """Bending moments (loads, points) at x of the inertia that balances loads of given moments about the root."""
+    inertia = sections.inertia + sections.hub_inertia
+    return np.asarray(np.multiply.outer(loads / inertia, sections.outer_inertia_moment(x)))
 
 
 def residual_flexibility(operators: BeamOperators, clamped: bool, place: float | None = None) -> Array:
@@ -50,3 +54,23 @@ def residual_flexibility(operators: BeamOperators, clamped: bool, place: float |
     whole = static_flexibility(operators.sections, place, clamped)
     left = np.asarray(whole - shapes @ np.linalg.solve(stiffness, shapes.T))
     return left if left[0, 0] > _ROUNDING * whole[0, 0] else np.zeros((2, 2))
+
+
+def flexibility_between(operators: BeamOperators, clamped: bool, places: Array) -> Array:
+    """Return the flexibility (n, n) of deflections (m/N) at `places` (n,), m, that the modes leave out.
+
+    An entry is the deflection at one place by a unit force at another, see :func:`static_flexibility`; the matrix
+    is positive definite if the places are distinct.  Zero if the modes represent the whole deflection of any.
+    """
+    sections, along = operators.sections, operators.along
+    assert along is not None
+    edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, *places])
+    x, w = gauss_rule(edges, _GAUSS_POINTS)
+    moments = np.maximum(places[:, None] - x, 0.0)
+    if not clamped:
+        moments -= _balance(sections, sections.hub_radius + places, x)
+    whole = (moments * (w / sections.bending_stiffness(x))) @ moments.T
+    shapes = along.derivative(places, 0)
+    left = np.asarray(whole - shapes @ np.linalg.solve(operators.K, shapes.T))
+    represented = np.diag(left) < _ROUNDING * np.diag(whole)
+    return np.zeros_like(left) if represented.any() else left

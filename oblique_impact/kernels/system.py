@@ -78,6 +78,9 @@ class TouchesPlaces(Protocol):
     def measure(self, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
         """Gap, slip and gap rate of every place into the rows of `found` (places, 3); no contact rows."""
 
+    def settle(self, mean: Array, v: Array) -> None:
+        """Let the part of the velocities v (d,) that has no inertia be that of `mean` (d,), which may change."""
+
 
 class NormalModes(NamedTuple):
     """Modes of the linear part of a system with d degrees of freedom, z'' + damping z' + stiffness z = f."""

@@ -11,11 +11,18 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import STATE, Phase, State
 from oblique_impact.contact.transitions import EventKind
+from oblique_impact.contact.yielding import Yielding
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import loop
 from oblique_impact.marching.advance import Progress
-from oblique_impact.marching.equations import FRICTION_LOSS, NORMAL_IMPULSE, TANGENTIAL_IMPULSE
+from oblique_impact.marching.equations import (
+    FRICTION_LOSS,
+    NORMAL_IMPULSE,
+    OF_A_CONTACT,
+    QUADRATURES,
+    TANGENTIAL_IMPULSE,
+)
 from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event
@@ -23,6 +30,7 @@ from oblique_impact.marching.sampling import Observation
 from oblique_impact.marching.scheme import Prepared
 from oblique_impact.marching.several import MultiContactRun
 from oblique_impact.marching.time_stepping import (
+    HELD,
     IMPACT_NORMAL,
     IMPACT_TANGENTIAL,
     LEAST,
@@ -43,13 +51,16 @@ class SteppedRun(MultiContactRun):
 
     A contact that closes is an impact, with the impulses of the steps that close it and the energy that they and
     all later normal impulses take; its release has the rest of the impulses, and of the energy the friction.
+    Places without inertia have no impulses of impact, but lose what closing within a step takes.
     """
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
         super().__init__(problem, on_progress)
         assert isinstance(problem.scheme, TimeSteppingScheme)
         ends = np.ascontiguousarray(self._ends)
-        self._steps = StepBuffers.new(ends, problem.q0.size, problem.scheme.mu_static > 0.0)
+        rigid = Yielding.new(np.zeros((0, 0)), 0.0, np.zeros(0), np.zeros(0))
+        yielding = (self.contacts.yielding or rigid).at_rest()
+        self._steps = StepBuffers.new(ends, problem.q0.size, problem.scheme.mu_static > 0.0, yielding)
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
 
@@ -63,6 +74,10 @@ class SteppedRun(MultiContactRun):
             raise RunEnded(Outcome.TOO_MANY_EVENTS)
         super()._keep(progress)
         self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
+
+    def _stored(self) -> float:
+        of_contacts = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept]
+        return float(of_contacts[HELD::OF_A_CONTACT].sum())
 
     def _relative_inertia(self) -> float:
         """Impulses exist whatever the friction."""

@@ -10,6 +10,12 @@ staggered coordinates go on by x1 = x0 + h v1, so that the gap that is closed is
 times its acceleration, and does not drift.  A contact closes within two steps, whose velocities end at -g/h and at
 zero.
 
+Where places have no inertia (Renard 2010; Pozzolini and Salaun, ESAIM M2AN 45, 2011) the gaps g1 at the end of the
+step obey 0 <= P_n _|_ g1 >= 0, and the slips between its ends Coulomb's law: of the mid-point rule
+g1 = g + h/2 C_n v1, with the same gaps g at x0.  What the modes leave out of the beam's deflection adds to both
+(`oblique_impact.contact.yielding`).  There are no impacts; a place that closes within a step takes P_n times its
+gap before, of the first order of the step.
+
 The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
 steps that close a contact, is lost in plastic impacts.
 """
@@ -32,6 +38,7 @@ from oblique_impact.contact.impulses import (
     solve_impulses,
 )
 from oblique_impact.contact.state import SIDE, ContactArrays, Phase
+from oblique_impact.contact.yielding import Yielding, end_step, memory, push_places, turn_places
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
 from oblique_impact.marching.advance import (
@@ -51,6 +58,7 @@ from oblique_impact.marching.equations import (
     NORMAL_IMPULSE,
     OF_A_CONTACT,
     QUADRATURES,
+    STABILIZATION_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
@@ -65,9 +73,11 @@ _STILL = 100.0
 _OF_AN_IMPACT = 2
 
 GAP, SLIP, GAP_RATE = range(3)
+#: of the quadratures of a contact: energy (J) that what the modes leave out holds at its place
+HELD = 3
 
-#: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that close it, energy (J)
-#: lost in plastic impact, largest force (N) after these steps, least and largest slip (m)
+#: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that are its impact, energy
+#: (J) lost in plastic impact, largest force (N) after these steps, least and largest slip (m)
 STEPS, IMPACT_NORMAL, IMPACT_TANGENTIAL, PLASTIC_LOSS, PEAK, LEAST, MOST = range(7)
 COUNTED = 7
 #: columns of the log, before what is counted: time (s), contact, state before and after, slip, gap rate before and
@@ -93,11 +103,13 @@ class StepBuffers(NamedTuple):
     factored: Array  # (3,) s, step of each effective matrix
     staggered: Array  # (d,) coordinates q0 + h v0/2
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
+    slipping: Array  # (n,) m/s, slip velocities of these before the step
+    yielding: Yielding  # of places without inertia on a beam in modes
     impulses: Array  # (2 n,) N s, of these
     problem: ImpulseProblem
 
     @classmethod
-    def new(cls, ends: Array, size: int, rubs: bool) -> StepBuffers:
+    def new(cls, ends: Array, size: int, rubs: bool, yielding: Yielding) -> StepBuffers:
         """Allocate the buffers of contacts with the given `ends` (2, n)."""
         n = ends.shape[1]
         return cls(
@@ -113,6 +125,8 @@ class StepBuffers(NamedTuple):
             np.zeros(EFFECTIVE_SLOTS),
             np.zeros(size),
             np.zeros(n, dtype=np.bool_),
+            np.zeros(n),
+            yielding,
             np.zeros(2 * n),
             ImpulseProblem.new(n, rubs),
         )
@@ -149,7 +163,7 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
 
 @jitable
 def _take_contact(
-    stepper: TimeStepper, m: int, i: int, t: float, x: Array, v0: Array, rank_one: float, slot: int
+    stepper: TimeStepper, m: int, i: int, t: float, h: float, x: Array, v0: Array, rank_one: float, slot: int
 ) -> None:
     """Add contact i to the problem as its number m: rows, responses and velocities by unit impulses."""
     b, arrays, w, p = stepper.buffers, stepper.arrays, stepper.scratch.work, stepper.buffers.problem
@@ -160,6 +174,8 @@ def _take_contact(
     stepper.system.solve_effective(rank_one, w, slot, True)
     copy(v.normal_response, responses[i, 0])
     copy(v.tangential_response, responses[i, 1])
+    b.slipping[i] = touched.slip_rate
+    yields = b.yielding.pressed.shape[0] > 0
     b.closed[m], p.states[m] = i, b.states[i]
     p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
     p.impulses[2 * m], p.impulses[2 * m + 1] = 0.0, 0.0
@@ -170,8 +186,27 @@ def _take_contact(
         for a in range(2 if stepper.rubs else 1):
             for c in range(2 if stepper.rubs else 1):
                 entry = dot(directions[i, a], responses[j, c])
+                if yields:
+                    across = b.yielding.across[i, a] * b.yielding.across[j, c]
+                    entry += 2.0 / (memory(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
                 p.delassus[2 * m + a, 2 * k + c] = entry
                 p.delassus[2 * k + c, 2 * m + a] = entry
+
+
+@jitable
+def _known_rates(stepper: TimeStepper, i: int, h: float) -> tuple[float, float]:
+    """Return what the problem adds to the velocities (m/s) of gap and slip at the end of a step.
+
+    Places that yield have moved as the present impulses push them.
+    """
+    b = stepper.buffers
+    if not stepper.massless:
+        return b.gaps[i] / h, 0.0
+    gap, slip, y = b.gaps[i], 0.0, b.yielding
+    if y.pressed.shape[0] > 0:
+        gap += y.across[i, 0] * (y.deflections[i] + y.moved[i])
+        slip += y.across[i, 1] * y.moved[i]
+    return 2.0 * gap / h, 2.0 * slip / h + b.slipping[i]
 
 
 @jitable
@@ -181,11 +216,12 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
     directions = 2 if stepper.rubs else 1
     for k in range(m):
         i = b.closed[k]
+        known = _known_rates(stepper, i, h)
         for a in range(directions):
             rate = dot(arrays.directions[i, a], v1)
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
-            p.rates[2 * k + a] = rate + (b.gaps[i] / h if a == 0 else 0.0)
+            p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
     if not solve_impulses(p, m, stepper.rubs):
         return False
     for k in range(m):
@@ -194,6 +230,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
             b.impulses[2 * k + a] = p.impulses[2 * k + a]
             for j in range(v1.shape[0]):
                 v1[j] += more * response[j]
+    push_places(b.yielding, h, b.impulses, b.closed, m)
     return True
 
 
@@ -208,17 +245,20 @@ def _settle(
         for i in range(b.states.shape[0]):
             b.in_problem[i] = b.states[i] != OPEN and b.gaps[i] < np.inf
             if b.in_problem[i]:
-                _take_contact(stepper, m, i, t, x, v0, rank_one, slot)
+                _take_contact(stepper, m, i, t, h, x, v0, rank_one, slot)
                 m += 1
+        push_places(b.yielding, h, b.impulses, b.closed, 0)
     while True:
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
         stepper.system.measure(t, x, v1, s.work, b.places)
         before = m
         for i in range(b.states.shape[0]):
-            if not b.in_problem[i] and b.places[i, GAP_RATE] + b.gaps[i] / h < -s.tolerances.velocity:
+            if b.in_problem[i]:
+                continue
+            if b.places[i, GAP_RATE] + _known_rates(stepper, i, h)[0] < -s.tolerances.velocity:
                 b.in_problem[i] = True
-                _take_contact(stepper, m, i, t, x, v0, rank_one, slot)
+                _take_contact(stepper, m, i, t, h, x, v0, rank_one, slot)
                 m += 1
         if m == before:
             return m
@@ -272,7 +312,8 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
 def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
     """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
     s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
-    y_new, w, d, n = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0]
+    y_new, w, d, n, yielding = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0], b.yielding
+    yields = yielding.pressed.shape[0] > 0
     v0, v1 = y[d : 2 * d], y_new[d : 2 * d]
     for j in range(d):
         s.at[d + j] = 0.5 * (v0[j] + v1[j])
@@ -282,24 +323,29 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     tail = QUADRATURES + OF_A_CONTACT * n
     for k in range(tail):
         after[k] = before[k]
-    for j in range(d):
-        after[tail + j] = (v1[j] - v0[j]) / h
     for k in range(tail + d, tail + d + 3 * n):
         after[k] = 0.0
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
+    push_places(yielding, h, b.impulses, b.closed, m)
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
         gap_rate, slip_rate = dot(arrays.directions[i, 0], v0), dot(arrays.directions[i, 1], v0)
         slip_rate_after = dot(arrays.directions[i, 1], v1)
+        # twice the mean velocities over the step
+        closing, slipping = gap_rate + dot(arrays.directions[i, 0], v1), slip_rate + slip_rate_after
+        if yields:
+            closing += 2.0 / h * yielding.across[i, 0] * yielding.moved[i]
+            slipping += 2.0 / h * yielding.across[i, 1] * yielding.moved[i]
+        if stepper.massless:
+            slip_rate_after = 0.5 * slipping
         if stepper.rubs and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
-        friction = -0.5 * tangential * (slip_rate + slip_rate_after)
-        plastic = -0.5 * normal * (gap_rate + dot(arrays.directions[i, 0], v1))
-        if b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT:
+        friction, plastic = -0.5 * tangential * slipping, -0.5 * normal * closing
+        if not stepper.massless and (b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT):
             # of an impact that jams friction alone may give energy: only the sum is a loss
             plastic, friction = plastic + friction, 0.0
         if state != b.states[i]:
@@ -313,12 +359,23 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state != OPEN:
-            _count(b.counted[i], b.places[i, SLIP], normal, tangential, plastic, h)
+            impact = not stepper.massless and b.counted[i, STEPS] < _OF_AN_IMPACT
+            _count(b.counted[i], impact, b.places[i, SLIP], normal, tangential, plastic, h)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
             _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before)
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
+    if yields:
+        damping, scheme = end_step(yielding, h)
+        after[DAMPING_LOSS] += damping
+        after[STABILIZATION_LOSS] += scheme
+        for i in range(n):
+            after[QUADRATURES + OF_A_CONTACT * i + HELD] = 0.5 * yielding.pressed[i] * yielding.deflections[i]
+    if stepper.massless:
+        stepper.system.settle(s.at[d : 2 * d], v1)
+    for j in range(d):
+        after[tail + j] = (v1[j] - v0[j]) / h
 
 
 @jitable
@@ -341,9 +398,11 @@ def _log(
 
 
 @jitable
-def _count(counted: Array, slip: float, normal: float, tangential: float, plastic: float, h: float) -> None:
-    """Count one more step of a closed contact."""
-    if counted[STEPS] < _OF_AN_IMPACT:
+def _count(
+    counted: Array, impact: bool, slip: float, normal: float, tangential: float, plastic: float, h: float
+) -> None:
+    """Count one more step of a closed contact, of its `impact` or after it."""
+    if impact:
         counted[IMPACT_NORMAL] += normal
         counted[IMPACT_TANGENTIAL] += tangential
     else:
@@ -368,6 +427,7 @@ class TimeStepper(NamedTuple):
     static: float  # coefficients of friction
     kinetic: float
     rubs: bool  # whether there is friction
+    massless: bool  # whether places have no inertia
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Measure the gaps."""
@@ -393,6 +453,8 @@ class TimeStepper(NamedTuple):
         for i in range(b.in_problem.shape[0]):
             b.in_problem[i] = False
         nearest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
+        if b.yielding.pressed.shape[0] > 0:
+            turn_places(b.yielding, b.staggered[0])
         clear = nearest > self.near and nearest > 2.0 * h * fastest
         found = _iterate(self, now.t, h, slot, clear, y)
         if found.status != OK:
@@ -420,6 +482,8 @@ class TimeSteppingScheme(Scheme):
         Of the iterations of a step, on the energy of a correction, as a part of the motion's: the root of it.
     mu_static, mu_kinetic : float
         Coefficients of friction.
+    massless : bool
+        Whether places have no inertia.
     """
 
     free_step: float
@@ -428,6 +492,7 @@ class TimeSteppingScheme(Scheme):
     tolerance: float
     mu_static: float = 0.0
     mu_kinetic: float = 0.0
+    massless: bool = False
     name = "time-stepping"
     order = 1
 
@@ -456,4 +521,5 @@ class TimeSteppingScheme(Scheme):
             float(self.mu_static),
             float(self.mu_kinetic),
             self.mu_static > 0.0,
+            self.massless,
         )

@@ -82,13 +82,16 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.restitution", f"should be 0 {several}: of several contacts it has no limit"
     if s.contact.impact != "newton":
         yield "contact.impact", f'should be "newton" {several}'
-    if s.contact.point_inertia != "kept":
-        yield "contact.point_inertia", f'should be "kept" {several}'
     if not s.contact.shortening:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
     steps = s.solver.scheme == "time-stepping"
+    if s.contact.point_inertia != "kept" and not steps:
+        yield (
+            "contact.point_inertia",
+            f'should be "kept" {several}; only solver.scheme = "time-stepping" takes "none"',
+        )
     if s.is_nodal and s.contact.normal == "rigid" and not steps:
         marched = 'for a rigid stop take solver.scheme = "time-stepping", or keep modes'
         yield "contact.normal", f'should be "spring" {several} and the full nodal model; {marched}'
@@ -145,7 +148,7 @@ def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
     if s.solver.scheme == "fixed-step":
         yield "solver.scheme", f'should be "event" or "generalized-alpha" {without}'
-    if s.is_nodal and s.contact.point != s.beam.length:
+    if s.is_nodal and s.contact.point != s.beam.length and s.contact.where == "point":
         yield "contact.point", f"should be beam.length in the full nodal model {without}"
 
 

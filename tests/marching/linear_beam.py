@@ -48,41 +48,83 @@ def shapes_at(x: float, elements: int) -> np.ndarray:
     return found[1:]
 
 
-def fall(elements: int, h: float, end_time: float, slope: float, speed: float, depth: float, edge: float) -> Fall:
+def mass_of_means(elements: int) -> np.ndarray:
+    """Return the mass with velocities that are constant on each element: nodes alone have none (Renard 2010)."""
+    size = LENGTH / elements
+    means = np.zeros((elements, 2 * (elements + 1)))
+    for e in range(elements):
+        means[e, 2 * e : 2 * e + 4] = 0.5, size / 12, 0.5, -size / 12
+    return MASS * size * means[:, 1:].T @ means[:, 1:]
+
+
+class _Table:
+    """Places of the beam above a table at -`depth` that ends at `edge`, and what they push with."""
+
+    def __init__(self, elements: int, depth: float, edge: float, matrix: np.ndarray) -> None:
+        nodes = np.linspace(0.0, LENGTH, elements + 1)[1:]
+        self.depth, self.places = depth, np.append(nodes[nodes < edge - 1e-9], edge)
+        self.rows = np.array([shapes_at(x, elements) for x in self.places])
+        self.solver = cho_factor(matrix)
+        self.responses = cho_solve(self.solver, self.rows.T)
+        self.delassus = self.rows @ self.responses
+        self.active = np.zeros(len(self.places), dtype=bool)
+
+    def solve(self, right: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x and p with matrix x = right + C^T p and 0 <= p _|_ C x + known >= 0, by active sets."""
+        x = cho_solve(self.solver, right)
+        short, pushes = self.rows @ x + known, np.zeros(len(self.places))
+        active = self.active | (short < 0.0)
+        for _ in range(30):
+            pushes[:] = 0.0
+            if active.any():
+                pushes[active] = np.linalg.solve(self.delassus[np.ix_(active, active)], -short[active])
+            chosen = np.where(active, pushes > 0.0, short + self.delassus @ pushes < -1e-12)
+            if (chosen == active).all():
+                break
+            active = chosen
+        self.active = active
+        return x + self.responses @ pushes, pushes
+
+
+def fall(
+    elements: int,
+    h: float,
+    end_time: float,
+    slope: float,
+    speed: float,
+    depth: float,
+    edge: float,
+    massless: bool = False,
+) -> Fall:
     """March a beam, straight at first with slope and speed (rad/s), above a table at -`depth` that ends at `edge`.
 
-    Mid-point steps; at their ends velocities obey 0 <= P _|_ C v + g/h >= 0, solved by active sets.
+    Mid-point steps.  With the mass of the elements velocities at their ends obey 0 <= P _|_ C v + g/h >= 0, with
+    `massless` nodes deflections there obey 0 <= lambda _|_ C w + depth >= 0.
     """
     mass, stiffness, load = matrices(elements)
-    nodes = np.linspace(0.0, LENGTH, elements + 1)[1:]
-    places = np.append(nodes[nodes < edge - 1e-9], edge)
-    rows = np.array([shapes_at(x, elements) for x in places])
+    damping = DAMPING * stiffness
+    if massless:
+        mass = mass_of_means(elements)
+        table = _Table(elements, depth, edge, 2.0 / h**2 * mass + damping / h + 0.5 * stiffness)
+    else:
+        table = _Table(elements, depth, edge, mass + 0.5 * h * damping + 0.25 * h * h * stiffness)
     rigid = np.zeros(len(load))
-    rigid[0], rigid[1::2], rigid[2::2] = 1.0, nodes, 1.0
+    rigid[0], rigid[1::2], rigid[2::2] = 1.0, LENGTH * np.arange(1, elements + 1) / elements, 1.0
     w, v = slope * rigid, speed * rigid
-    solver = cho_factor(mass + (0.5 * h * DAMPING + 0.25 * h * h) * stiffness)
-    responses = cho_solve(solver, rows.T)
-    delassus, active = rows @ responses, np.zeros(len(places), dtype=bool)
 
     def energy() -> float:
         return float(0.5 * v @ mass @ v + 0.5 * w @ stiffness @ w + load @ w)
 
-    before, total = energy(), np.zeros(len(places))
+    before, total = energy(), np.zeros(len(table.places))
     for _ in range(round(end_time / h)):
-        ahead = w + 0.5 * h * v
-        force = -load - stiffness @ (w + 0.25 * h * v) - 0.5 * DAMPING * stiffness @ v
-        after = cho_solve(solver, mass @ v + h * force)
-        rates = rows @ after + (rows @ ahead + depth) / h
-        active, impulses = active | (rates < 0.0), np.zeros(len(places))
-        for _ in range(30):
-            impulses[:] = 0.0
-            if active.any():
-                impulses[active] = np.linalg.solve(delassus[np.ix_(active, active)], -rates[active])
-            chosen = np.where(active, impulses > 0.0, rates + delassus @ impulses < -1e-12)
-            if (chosen == active).all():
-                break
-            active = chosen
-        after += responses @ impulses
-        w, v, total = w + 0.5 * h * (v + after), after, total + impulses
-    zone = float(places[total > 0.0].min())
-    return Fall(float(total.sum()), float(total @ places), before - energy(), zone)
+        if massless:
+            right = mass @ (2.0 / h**2 * w + 2.0 / h * v) + damping @ w / h - 0.5 * stiffness @ w - load
+            ahead, forces = table.solve(right, np.full(len(total), depth))
+            w, v, total = ahead, 2.0 / h * (ahead - w) - v, total + h * forces
+        else:
+            force = -load - stiffness @ (w + 0.25 * h * v) - 0.5 * damping @ v
+            known = (table.rows @ (w + 0.5 * h * v) + depth) / h
+            after, impulses = table.solve(mass @ v + h * force, known)
+            w, v, total = w + 0.5 * h * (v + after), after, total + impulses
+    zone = float(table.places[total > 0.0].min())
+    return Fall(float(total.sum()), float(total @ table.places), before - energy(), zone)

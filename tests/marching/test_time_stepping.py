@@ -16,6 +16,7 @@ from tests.marching.linear_beam import fall
 from tests.marching.test_several import PEGS
 
 STEPS = "solver.scheme=time-stepping"
+INERTIA = pytest.mark.parametrize("inertia", ["kept", "none"])
 
 
 def energy(history: History) -> np.ndarray:
@@ -41,21 +42,24 @@ def test_a_beam_slaps_onto_a_table_as_in_a_program_with_linear_kinematics(case, 
     assert last - first == pytest.approx(lasts, rel=5e-3)
 
 
-def test_a_slap_loses_the_energy_that_it_loses_by_linear_kinematics():
-    found = built_in("slap", "solver.contact_step=2.5e-6")
+@INERTIA
+def test_a_slap_loses_the_energy_that_it_loses_by_linear_kinematics(inertia):
+    found = built_in("slap", "solver.contact_step=2.5e-6", f"contact.point_inertia={inertia}")
     drop = 0.5 * found.scenario.beam.length * (np.sin(found.scenario.initial.angle) + 0.02)
     mass = Sections.from_scenario(found.scenario).mass
     speed = sqrt(2.0 * mass * found.scenario.gravity * drop / (mass / 3.0))
-    wanted = fall(64, 2.5e-6, 12e-3, -0.02, -speed, 0.02, 1.0)
-    assert wanted.lost == pytest.approx(1.064, rel=5e-3)
+    wanted = fall(64, 2.5e-6, 12e-3, -0.02, -speed, 0.02, 1.0, massless=inertia == "none")
+    assert wanted.lost == pytest.approx(1.064, rel=1e-3)
+    assert sum(c.normal_impulse for c in found.contacts) == pytest.approx(wanted.impulse, rel=1e-3)
     first = min(c.start for c in found.contacts)
     lost = energy(found)[0] - np.interp(first + 12e-3, found["time"].values, energy(found))
     assert lost == pytest.approx(wanted.lost, rel=5e-3)
     assert min(c.first_place for c in found.contacts) == wanted.zone
 
 
+@INERTIA
 @pytest.mark.parametrize("edge", [1.0, 0.61])
-def test_a_small_slap_is_that_of_linear_kinematics(edge):
+def test_a_small_slap_is_that_of_linear_kinematics(edge, inertia):
     """Of a fall ten times as slow the kinematics differ a hundred times less."""
     side = {"kind": "side", "origin": [0.0, -0.002]} | ({"extent": [0.0, edge]} if edge < 1.0 else {})
     given = Scenario.builtin("slap", ["contact.grid=16", "discretization.elements=16"])
@@ -64,10 +68,11 @@ def test_a_small_slap_is_that_of_linear_kinematics(edge):
         end_time=0.012,
         initial__angle=0.0,
         initial__angular_velocity=-0.4,
+        contact__point_inertia=inertia,
         solver__free_step=5e-6,
         solver__output_interval=1e-3,
     )
-    found, wanted = simulate(given), fall(16, 5e-6, 0.012, 0.0, -0.4, 0.002, edge)
+    found, wanted = simulate(given), fall(16, 5e-6, 0.012, 0.0, -0.4, 0.002, edge, massless=inertia == "none")
     assert wanted.impulse > 0.1
     assert sum(c.normal_impulse for c in found.contacts) == pytest.approx(wanted.impulse, rel=1e-4)
     assert energy(found)[0] - energy(found)[-1] == pytest.approx(wanted.lost, rel=1e-3)
@@ -89,10 +94,12 @@ def test_all_nodes_of_a_mesh_lie_down_as_all_its_modes_do(friction):
     assert nodes.balance["final"] == pytest.approx(modes.balance["final"], rel=1e-9)
 
 
-def test_a_damped_beam_comes_to_rest_on_a_table():
+@INERTIA
+def test_a_damped_beam_comes_to_rest_on_a_table(inertia):
     """The free length between the pin and where it lies is (24 EI d/w)^(1/4), with a force of w a/2 at its end."""
     given = Scenario.builtin("slap").replace(
         contact__grid=32,
+        contact__point_inertia=inertia,
         discretization__elements=32,
         beam__mass_proportional=60.0,
         beam__youngs_modulus=68.952e7,
@@ -206,23 +213,25 @@ def test_contacts_push_and_rub_by_their_laws(rubbed):
     assert rubbed["contact_gap"].values.min() > -1e-6
 
 
-def test_momentum_and_energy_balance_in_every_step():
+@INERTIA
+def test_momentum_and_energy_balance_in_every_step(inertia):
     """Without weight and damping the forces alone turn the beam about its pin, and take its energy."""
     step = 1e-5
     keys = "gravity=0", "beam.kelvin_voigt=0", "initial.angle=0", "initial.angular_velocity=-4", "end_time=0.02"
     mesh = "contact.grid=8", "discretization.elements=8", f"solver.contact_step={step}", f"solver.free_step={step}"
+    keys = (*keys, f"contact.point_inertia={inertia}")
     found = built_in("slap", *keys, *mesh, f"solver.output_interval={step}")
     force, gap = found["contact_lambda_n"].values, found["contact_gap"].values
     assert (force > 0.0).sum() > 100
-    inertia = (
-        Sections.from_scenario(found.scenario).mass / 3.0
-    )  # of the mean axis, in which the beam has no momentum
+    # of the mean axis, in which the beam has no momentum; mean velocities of 8 elements have a little less of it
+    means = 1.0 - 0.25 / 8**2 if inertia == "none" else 1.0
+    turned = means * Sections.from_scenario(found.scenario).mass / 3.0
     moments = step * (force * found["contact_place"].values).sum(axis=1)[1:]
-    gained = inertia * np.diff(found["theta_dot"].values)
+    gained = turned * np.diff(found["theta_dot"].values)
     work = (force[1:] * np.diff(gap, axis=0)).sum(axis=1)
     # but for the second order of angles and deflections
     assert gained == pytest.approx(moments, abs=5e-4 * moments.max())
-    assert np.diff(energy(found)) == pytest.approx(work, abs=2e-5 * np.abs(work).max())
+    assert np.diff(energy(found)) == pytest.approx(work, abs=5e-7)
     assert abs(found.balance["unaccounted"]) < 1e-7
 
 

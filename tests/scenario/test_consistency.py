@@ -111,7 +111,7 @@ REFUSED = [
     ("contact.grid", f"{ANYWHERE} contact.grid=1025", "less than or equal to 1024"),
     ("contact.restitution", f"{ANYWHERE} contact.restitution=0.5", "of several contacts it has no limit"),
     ("contact.impact", f"{ANYWHERE} contact.impact=routh", 'should be "newton"'),
-    ("contact.point_inertia", f"{ANYWHERE} {MASSLESS}", 'should be "kept"'),
+    ("contact.point_inertia", f"{ANYWHERE} {MASSLESS}", 'only solver.scheme = "time-stepping" takes "none"'),
     ("contact.shortening", f"{ANYWHERE} contact.shortening=false", "should be true"),
     ("discretization.kinetics", f"{ANYWHERE} discretization.kinetics=zeroth-order", '"first-order" or "full"'),
     ("discretization.elements", f"{ABSOLUTE} {ANYWHERE} contact.grid=8 discretization.elements=6", "at least 8"),
@@ -124,7 +124,11 @@ REFUSED = [
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
     ("solver.scheme", STEPPED, 'for contact.where = "anywhere"'),
     ("contact.normal", f"{STEPPED} {ANYWHERE} contact.normal=spring", 'should be "rigid"'),
-    ("contact.point_inertia", f"{STEPPED} {ANYWHERE} contact.point_inertia=none", 'should be "kept"'),
+    (
+        "contact.point_inertia",
+        f"{STEPPED} {ANYWHERE} {MASSLESS} {FEM} beam.tip_mass=0.1",
+        "beam.tip_mass is the inertia",
+    ),
     ("contact.friction", f"{STEPPED} {ANYWHERE} contact.friction=modified-coulomb", 'or "hybrid"'),
     ("root.kind", f"{STEPPED} {ANYWHERE} root.kind=driven", 'should be "pin" or "hub"'),
     (
