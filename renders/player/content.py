@@ -144,7 +144,7 @@ def content_of(story: Story) -> Content:
     changes = np.flatnonzero(np.diff(state, prepend=255, append=255))
     at = 100.0 * np.append(film, film[-1]) / (film[-1] or 1.0)
     strip = [(State(int(state[a])).name, at[a], at[b] - at[a]) for a, b in pairwise(changes.tolist())]
-    texts = _texts(geometry, samples, charts)
+    texts = _texts(geometry, samples, charts) | {"touched_text": _touched(zones)}
     return Content(
         facts, arrays, texts, charts, scales, strip, _marks(story), events, _contacts(geometry, times[samples])
     )
@@ -215,6 +215,8 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         "force_text": each(largest_push, lambda v: f"{significant(v, 3)} N"),
     }
     for chart in charts:
+        if not chart.curves:
+            continue
         largest = max(float(np.abs(c.values[np.isfinite(c.values)]).max(initial=0.0)) for c in chart.curves)
         places = min(6, max(0, 3 - math.floor(math.log10(largest or 1.0))))
         # energies have the same decimals: they add up
@@ -227,6 +229,19 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         found["tangential force"] = each(tangential, lambda v: f"{significant(v, 4)} N")
     else:
         found["deflection"] = each(geometry.values("deflection"), millimetres)
+    return found
+
+
+def _touched(zones: Array) -> list[str]:
+    """Return in words where the beam touches, for zones of contact (frames, obstacles, 3)."""
+    found = []
+    for frame in zones:
+        parts = [
+            f"{first:.3f}" if first == last else f"{first:.3f} to {last:.3f}"
+            for first, last, side in frame
+            if side
+        ]
+        found.append(f"{' and '.join(parts)} m" if parts else "none")
     return found
 
 
