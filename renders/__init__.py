@@ -4,6 +4,7 @@
 `show`              an interactive window on a run, in a notebook a view in the page
 `beam_mesh`         the beam at a time as a mesh of PyVista
 `export`            a time series for ParaView, PVD or XDMF, or a table: an `Exported`
+`draw_contact_map`  where the beam touches over time, into axes of matplotlib
 `campbell_diagram`  frequencies of the spinning beam
 `overview_figure`   a run at a glance, one or several histories side by side
 """
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from oblique_impact.renders.campbell import campbell_diagram as campbell_diagram
     from oblique_impact.renders.command import Rendered as Rendered
     from oblique_impact.renders.command import render as render
+    from oblique_impact.renders.contact_map import draw_contact_map as draw_contact_map
     from oblique_impact.renders.exports import Exported as Exported
     from oblique_impact.renders.exports import beam_mesh as beam_mesh
     from oblique_impact.renders.exports import export as export
@@ -31,6 +33,7 @@ _MODULES = {
     "Style": "style",
     "beam_mesh": "exports",
     "campbell_diagram": "campbell",
+    "draw_contact_map": "contact_map",
     "export": "exports",
     "overview_figure": "overview",
     "render": "command",

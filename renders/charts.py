@@ -82,10 +82,15 @@ def draw_curves(
             for edge in (band.low, band.high):
                 axes.plot(band.x, edge, color=curve.colour, alpha=_EDGE, linewidth=0.5 * width)
         axes.plot(line.x, line.y, linestyle=curve.dash, color=curve.colour, linewidth=width)
-    times, labels = round_times(course, ticks[0])
-    axes.set_xticks(course.film_at(times) * per_second, labels)
+    mark_times(axes, course, size[0], ticks[0])
     axes.yaxis.set_major_locator(MaxNLocator(ticks[1], steps=_STEPS))
     return prefix
+
+
+def mark_times(axes: Axes, course: TimeMap, width: float, most: int) -> None:
+    """Write at most so many times below axes over film time, of some width (pixels)."""
+    times, labels = round_times(course, most)
+    axes.set_xticks(course.film_at(times) * width / (course.duration or 1.0), labels)
 
 
 def time_label(course: TimeMap) -> str:

@@ -7,6 +7,7 @@ nothing else, so that both stay where they are.
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,15 @@ def contact_gap(history: History) -> Array:
     if "depth" not in history or scenario is None or not contact_law_of(scenario, scenario.contact.stiffness):
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
+
+
+class Zone(NamedTuple):
+    """The part of the beam from the first to the last place that is in contact with one obstacle."""
+
+    obstacle: int  # the slope is 0, the others count from 1
+    first: float  # m along the beam
+    last: float
+    side: float  # of the beam that touches, seen along it: 1 the left, -1 the right
 
 
 class BeamGeometry:
@@ -212,9 +222,26 @@ class BeamGeometry:
         """Return the force of each contact on the beam in the inertial frame (N), (contacts, 2)."""
         if not self.anywhere:
             return np.asarray(np.nan_to_num(np.array([sum(self.contact_forces(k))])))
-        return np.asarray(
-            np.nan_to_num(np.stack([self.value("contact_fx", k), self.value("contact_fy", k)], axis=1))
-        )
+        force = np.stack([self.value("contact_fx", k), self.value("contact_fy", k)], axis=1)
+        # time-stepping has no sample at an event: what is open at a sample pushes from the next one on
+        return np.asarray(np.nan_to_num(force) * self.closed(k)[:, None])
+
+    def closed(self, k: float) -> NDArray[np.bool_]:
+        """Return which of several contacts are closed at sample k, between two samples at the one before."""
+        return np.asarray(self.values("contact_state")[int(k)] != State.FREE)
+
+    def zones(self, k: float) -> list[Zone]:
+        """Return where the beam touches its obstacles at sample k, by obstacle; none where it has one contact."""
+        if not (self.anywhere and self.closed(k).any()):
+            return []
+        closed = np.flatnonzero(self.closed(k))
+        obstacles, places = self.values("contact_obstacle")[closed], self.value("contact_place", k)[closed]
+        theta = float(self.value("theta", k))
+        lifts = self.contact_normals(k)[closed] @ (-np.sin(theta), np.cos(theta))
+        return [
+            Zone(int(o), float(places[own].min()), float(places[own].max()), -float(np.sign(lifts[own][0])))
+            for o, own in ((o, obstacles == o) for o in np.unique(obstacles))
+        ]
 
     def contact_forces(self, k: float) -> tuple[Array, Array]:
         """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""
@@ -265,9 +292,7 @@ class BeamGeometry:
     def tube(self, k: float) -> tuple[Array, Array]:
         """Return points and outward normals (np, 3) of the tube at sample k; its rings turn with the sections."""
         solid, axis = self.solid, self.centreline(k)[:, :2]
-        tangent = self._derivative @ axis
-        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+        tangent, normal = self._directions(axis)
 
         def turned(vectors: Array) -> Array:
             plane = vectors[:, :1] * tangent[solid.rings] + vectors[:, 1:2] * normal[solid.rings]
@@ -276,6 +301,17 @@ class BeamGeometry:
         points = turned(solid.offsets)
         points[:, :2] += axis[solid.rings]
         return points, turned(solid.directions)
+
+    def face(self, k: float, side: float) -> Array:
+        """Return the outer fibre (stations, 2) at sample k on a side of the axis, 1 its left or -1 its right."""
+        axis = self.centreline(k)[:, :2]
+        return np.asarray(axis + side * self.radii[:, None] * self._directions(axis)[1])
+
+    def _directions(self, axis: Array) -> tuple[Array, Array]:
+        """Return the unit vectors along a drawn axis (stations, 2) and to its left."""
+        tangent = self._derivative @ axis
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        return tangent, np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
 
     def outline(self, k: float) -> Array:
         """Return the outline (points, 2) of the tube at sample k: along one side, around the tip and back."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
+from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.files import Drawing, save_figure
 from oblique_impact.renders.geometry import contact_gap
 from oblique_impact.renders.story import Story, story_of
@@ -39,7 +41,8 @@ def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "
     """Draw one or several histories of the same case, named by their keys, in the colours of a theme.
 
     Without a `title` the figure has that of the first scenario.
-    With two histories that share their events, the last panel shows how far apart these are.
+    With two histories that share their events, the last panel shows how far apart these are.  Where several places
+    of the beam can touch, one more panel, below, shows those of the first history over time.
     """
     first = next(iter(histories.values()))
     story = story_of([first], Style(deformation=1.0))
@@ -47,10 +50,13 @@ def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "
     collision = next(iter(first.summary["macro_collisions"]), None)
     kinds = [[(event.kind, event.state) for event in history.events] for history in histories.values()]
     with figure_style(theme):
-        figure = Drawing(figsize=(9.2, 9.0), layout="constrained")
+        mapped = "contact_place" in first and bool(first.contacts)
+        figure = Drawing(figsize=(9.2, 11.6 if mapped else 9.0), layout="constrained")
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
-        axes = figure.subplots(3, 2, gridspec_kw={"height_ratios": (1.25, 1.0, 1.0)})
+        heights = (1.25, 1.0, 1.0, 1.0) if mapped else (1.25, 1.0, 1.0)
+        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+        axes = np.array([[figure.add_subplot(grid[row, column]) for column in range(2)] for row in range(3)])
         _draw_motion(axes[0, 0], story, theme, collision["start"] if collision else float(first["time"][-1]))
         _draw_shapes(axes[0, 1], first, theme, collision)
         _draw_force(axes[1, 0], histories, theme)
@@ -60,6 +66,8 @@ def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "
             _draw_differences(axes[2, 1], histories, theme)
         else:
             _draw_losses(axes[2, 1], histories, theme)
+        if mapped:
+            _draw_places(figure.add_subplot(grid[3, :]), first, theme)
         return figure
 
 
@@ -119,14 +127,30 @@ def _draw_force(axes: Axes, histories: dict[str, History], theme: Theme) -> None
     for history, style in _curves(histories, theme):
         axes.plot(1e3 * history["time"].values, history["lambda_n"], **style)
     axes.set(xlabel="time (ms)", ylabel="normal force (N)", title="First collision: contact force")
-    spans = [h.summary["macro_collisions"][0] for h in histories.values() if h.summary["macro_collisions"]]
-    if spans:
-        start, end = min(span["start"] for span in spans), max(span["end"] for span in spans)
-        margin = 0.08 * (end - start) + 1e-5
-        axes.set_xlim(1e3 * (start - margin), 1e3 * (end + margin))
+    collision = _first_collision(histories.values())
+    if collision:
+        axes.set_xlim(1e3 * collision[0], 1e3 * collision[1])
     axes.set_ylim(bottom=0.0)
     if any(histories):  # a single run may have no name
         axes.legend()
+
+
+def _first_collision(histories: Iterable[History]) -> tuple[float, float] | None:
+    """Return from when to when the first collision of some histories is shown (s)."""
+    spans = [h.summary["macro_collisions"][0] for h in histories if h.summary["macro_collisions"]]
+    if not spans:
+        return None
+    start, end = min(span["start"] for span in spans), max(span["end"] for span in spans)
+    margin = 0.08 * (end - start) + 1e-5
+    return start - margin, end + margin
+
+
+def _draw_places(axes: Axes, history: History, theme: Theme) -> None:
+    scale = draw_contact_map(axes, history, theme, _first_collision([history]))
+    bar = axes.figure.colorbar(scale, ax=axes, label="normal force (N)", ticks=MaxNLocator(5), pad=0.01)
+    bar.outline.set_visible(False)
+    title = "First collision: where the beam touches (hatched: it sticks)"
+    axes.set(xlabel="time (ms)", ylabel="place along the beam (m)", title=title)
 
 
 def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image
 
-from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.geometry import BeamGeometry, Zone
 from oblique_impact.renders.layout import Box, ScaleBar, scale_bar
 from oblique_impact.renders.offscreen import prepare
 from oblique_impact.renders.scenery import block, pin, slab, stand
@@ -36,6 +36,7 @@ _TRACE_POINTS = 600
 _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
 _CLOSE_ARROW = 0.36  # length of the largest force's arrow there, over that height
+_ZONE_POINTS = 32  # along the line that shows a zone of contact
 _IN_FRONT = -1e6  # units of depth by which arrow and contact point are drawn in front of the slope
 #: of the soft shadow of a beam
 _SHADOW_STRENGTH = 0.36  # part of the light that a beam in contact takes away
@@ -242,6 +243,8 @@ class Beam:
             self._whole = np.array(self._trace.points)
             view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
         contacts = len(geometry.contact_places(0)) if style.arrow else 0
+        touched = np.unique(geometry.values("contact_obstacle")) if style.arrow and geometry.anywhere else ()
+        self._bands = {int(obstacle): Band(view, colour) for obstacle in touched}
         self._forces = [Force(view, colour) for _ in range(contacts)]
 
     def move(self, time: float) -> None:
@@ -253,6 +256,9 @@ class Beam:
         for shadow, actor in self._shadows:
             actor.visibility = shadow.move(k)
         self._show_ghosts(time)
+        zones = {zone.obstacle: zone for zone in self.geometry.zones(k)}
+        for obstacle, band in self._bands.items():
+            band.move(self.geometry, k, zones.get(obstacle))
         places, pushes = self.geometry.contact_places(k), self.geometry.pushes(k)
         for force, place, push in zip(self._forces, places, pushes, strict=bool(self._forces)):
             force.move(place, push, self.geometry.peak_force)
@@ -298,6 +304,29 @@ class Beam:
                 actor.prop.color = tuple(mixture)
                 # away from the eye, where it covers nothing and is seen at the same place
                 actor.position = -4.0 * (age + 1) * self.geometry.radii.max() * self._view.eye
+
+
+class Band:
+    """The zone of contact with one obstacle: a line on the face of the beam that touches it."""
+
+    def __init__(self, view: View, colour: str) -> None:
+        self._mesh = pv.lines_from_points(np.zeros((_ZONE_POINTS, 3)))
+        inks = ((view.theme.background, 9.0), (colour, 6.0))
+        self._actors = [view.add(self._mesh, color=ink, width=width, lighting=False) for ink, width in inks]
+        for depth, actor in enumerate(self._actors, start=1):
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            actor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, 0.1 * depth * _IN_FRONT)
+
+    def move(self, geometry: BeamGeometry, k: float, zone: Zone | None) -> None:
+        """Show a zone at the fractional sample k; one place alone has its force."""
+        shown = zone is not None and zone.last > zone.first
+        for actor in self._actors:
+            actor.visibility = shown
+        if zone is not None and shown:
+            along, face = np.linspace(zone.first, zone.last, _ZONE_POINTS), geometry.face(k, zone.side)
+            self._mesh.points = np.stack(
+                [*(np.interp(along, geometry.stations, column) for column in face.T), 0.0 * along], axis=1
+            )
 
 
 class Force:

@@ -51,6 +51,7 @@ class Theme:
     energies: tuple[str, str, str]  # kinetic, elastic, gravity
     ground: str
     colour_map: str = COLOUR_MAP  # a name that Matplotlib knows
+    force_map: str = "YlOrRd"  # the same, of the sizes of forces, from the lightest
 
 
 LIGHT = Theme(
@@ -108,6 +109,7 @@ PRINT = replace(
     series=("#000000", "#808080", "#b8b8b8"),
     energies=("#595959", "#8c8c8c", "#bfbfbf"),
     colour_map="cividis",
+    force_map="Greys",
 )
 THEMES = {"light": LIGHT, "dark": DARK, "print": PRINT}
 #: fields of a `Style` for a purpose

@@ -18,6 +18,8 @@ ORDER = (
     "friction_slope",
     "two_pegs",
     "gap",
+    "slap",
+    "edge",
     "campbell",
     "own_laws",
     "own_system",

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.beam.operators import build_operators
@@ -14,6 +15,7 @@ from oblique_impact.beam.residual_flexibility import residual_flexibility as fle
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.marching.alpha_state import coefficients
+from oblique_impact.renders import draw_contact_map
 from oblique_impact.renders.style import PAGE, figure_style
 
 from .paper import GREY, INK, SERIES, STATES, Array, arrow, label, new_figure, plain
@@ -187,6 +189,59 @@ def residual_flexibility() -> Figure:
         for axes in (left, right):
             axes.minorticks_off()
         right.legend(loc="lower left")
+    return figure
+
+
+@cache
+def slap() -> History:
+    """Run the case of that name from a little above the table, with the speed of its fall; finely sampled."""
+    start, gravity = 0.1, Scenario.builtin("slap").gravity
+    speed = np.sqrt(3.0 * gravity * (np.sin(np.pi / 4.0) - np.sin(start)))  # of a rigid bar
+    return simulate(
+        Scenario.builtin("slap").replace(
+            initial__angle=start,
+            initial__angular_velocity=-float(speed),
+            solver__output_interval=1e-5,
+            end_time=0.045,
+        )
+    )
+
+
+def contact_map() -> Figure:
+    """Where the beam that slaps onto a table touches it."""
+    with figure_style(PAGE):
+        figure = new_figure(2.7, 6.0)
+        _draw_contact_map(figure.subplots())
+    return figure
+
+
+def _draw_contact_map(axes: Axes) -> None:
+    scale = draw_contact_map(axes, slap(), PAGE)
+    bar = axes.figure.colorbar(scale, ax=axes, label="normal force (N)", ticks=MaxNLocator(4), pad=0.02)
+    bar.outline.set_visible(False)
+    axes.set(xlabel="time (ms)", ylabel="place along the beam (m)")
+
+
+def time_stepping() -> Figure:
+    """The distance of the beam from the table at four instants of the slap, and where it touches over time."""
+    history = slap()
+    closed = history["contact_state"].values != State.FREE
+    start, end = (history.macro_collisions[0][name] for name in ("start", "end"))
+    times = history["time"].values
+    with figure_style(PAGE):
+        figure = new_figure(2.9)
+        left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
+        _draw_contact_map(right)
+        for part, colour in zip((0.06, 0.19, 0.27, 0.53), SERIES, strict=False):
+            # the sample near by with the most places closed
+            near = np.flatnonzero(np.abs(times - start - part * (end - start)) < 2e-4)
+            k = near[closed[near].sum(axis=1).argmax()]
+            place, gap = history["contact_place"].values[k], 1e3 * history["contact_gap"].values[k]
+            left.plot(place, gap, color=colour, label=f"{1e3 * times[k]:.2f} ms")
+            left.plot(place[closed[k]], gap[closed[k]], "o", ms=3.5, color=colour)
+            right.axvline(1e3 * times[k], color=colour, lw=1.0, ls=(0, (4, 2)), zorder=0.5)
+        left.set(xlabel="place along the beam (m)", ylabel="gap (mm)", xlim=(0.3, 1.02), ylim=(-0.2, 6.0))
+        left.legend()
     return figure
 
 

@@ -1,6 +1,7 @@
 """Draw the pictures of the pages: ``python -m docs.pictures.draw [NAME ...]``, in the folder of the sources.
 
-Drawings are SVG without paper, in colours that read on light and dark pages; pictures of the beam are PNG.
+Drawings are SVG without paper, in colours that read on light and dark pages; pictures of the beam are PNG,
+films GIF.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "elastic-stop": contacts.elastic_stop,
     "residual-flexibility": contacts.residual_flexibility,
     "nodal": contacts.nodal,
+    "slap-map": contacts.contact_map,
+    "time-stepping": contacts.time_stepping,
     "refinement": studies.refinement,
     "results": studies.results,
 }
@@ -33,17 +36,23 @@ SCENES: dict[str, Callable[[], Image.Image]] = {
     "scenario": scenes.scenario,
     "paraview": scenes.paraview,
 }
+#: films, each of which writes its file
+FILMS: dict[str, Callable[[Path], None]] = {"slap": scenes.slap}
 
 
 def draw(name: str, folder: Path = FOLDER) -> Path:
     """Draw a picture into a folder; returns its file."""
     if name in DRAWINGS:
         return save(DRAWINGS[name](), name, folder)
+    if name in FILMS:
+        file = folder / f"{name}.gif"
+        FILMS[name](file)
+        return file
     file = folder / f"{name}.png"
     SCENES[name]().save(file, optimize=True)
     return file
 
 
 if __name__ == "__main__":
-    for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES]:
+    for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES, *FILMS]:
         print(draw(wanted), flush=True)

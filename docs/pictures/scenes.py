@@ -13,6 +13,7 @@ from oblique_impact import History, Scenario, simulate
 from oblique_impact.renders import Style, export, render
 from oblique_impact.renders.style import BARE, LIGHT
 
+from . import contacts
 from .mechanics import paper
 from .studies import blocks
 
@@ -64,6 +65,12 @@ def _mono() -> str:
     from matplotlib import font_manager
 
     return font_manager.findfont("DejaVu Sans Mono")
+
+
+def slap(file: Path) -> None:
+    """The film of the slap."""
+    look = Style((640, 280), charts=False, inset=False, trace=False, ghosts=False, title="")
+    render(contacts.slap(), file, look, seconds=7.0, fps=10)
 
 
 def scenario() -> Image.Image:

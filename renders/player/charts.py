@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
 from io import StringIO
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
-from oblique_impact.renders.charts import Curve, draw_curves, energy_curves, force_curves
+from oblique_impact.renders.charts import Curve, draw_curves, energy_curves, force_curves, mark_times
+from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.player.selection import evenly
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import LIGHT, Theme, figure_style
 
+Array = NDArray[np.float64]
+
 _SIZE = 640, 120  # pixels of a chart, for which vibrations become bands; the page stretches it
+_MAP_SIZE = 640, 240
+_MARK = 8.4  # pixels: height of the mark of an event
 _TICKS = 7, 5  # at most, along both axes: their labels fit on a phone
 
 
@@ -30,10 +41,15 @@ class PageChart:
     svg: str
     times: list[tuple[float, str]]
     values: list[tuple[float, str]]
+    shades: list[str] = field(default_factory=list)  # of the force, from 0 to the limit that the next says
+    limit: str = ""
 
 
 def page_charts(story: Story) -> list[PageChart]:
-    """Draw the charts of a run: contact force, or deflection where there is no contact, and energy."""
+    """Draw the charts of a run: contact force, or deflection where there is no contact, energy, places of contact.
+
+    The last is there where several places of the beam can touch.
+    """
     story = replace(story, style=replace(story.style, theme="light"))
     geometry = story.geometries[0]
     if geometry.scenario.contact.enabled and geometry.peak_force > 0.0:
@@ -42,31 +58,70 @@ def page_charts(story: Story) -> list[PageChart]:
         deflection = 1e3 * geometry.values("deflection")
         curve = Curve(geometry.times, deflection, LIGHT.energies[1], "of the tip")
         first = _chart(story, "force", "Deflection", "mm", [curve])
-    return [first, _chart(story, "energy", "Energy", "J", energy_curves(story))]
+    charts = [first, _chart(story, "energy", "Energy", "J", energy_curves(story))]
+    return [*charts, _places(story)] if geometry.anywhere and geometry.history.contacts else charts
 
 
 def variables(theme: Theme) -> dict[str, str]:
     """Return the colours of a theme as the page's style sheet names them."""
     several = {"states": ("free", "slip", "stick"), "energies": ("kinetic", "elastic", "gravity")}
     found = {field.name: getattr(theme, field.name) for field in fields(theme)}
-    for field, names in several.items():
-        found |= zip(names, found.pop(field), strict=True)
+    for variable, names in several.items():
+        found |= zip(names, found.pop(variable), strict=True)
     found["stop"] = found.pop("series")[1]
     return {name.replace("_", "-"): colour for name, colour in found.items() if colour.startswith("#")}
 
 
 def _chart(story: Story, name: str, title: str, unit: str, curves: list[Curve]) -> PageChart:
+    def draw(axes: Axes) -> str:
+        return draw_curves(axes, curves, story, story.time_map, _SIZE, _TICKS, 1.5)
+
+    return _drawn(story, name, title, unit, curves, draw)
+
+
+def _places(story: Story) -> PageChart:
+    """Draw where the beam touches over film time, in the colour of the force."""
     course, width = story.time_map, _SIZE[0]
+    scales: list[ScalarMappable] = []
+
+    def draw(axes: Axes) -> str:
+        def at(times: Array) -> Array:
+            return course.film_at(times) * width / (course.duration or 1.0)
+
+        first, last = course.times[[0, -1]].tolist()
+        scales.append(draw_contact_map(axes, story.histories[0], LIGHT, (first, last), at))
+        mark_times(axes, course, width, _TICKS[0])
+        axes.yaxis.set_major_locator(MaxNLocator(_TICKS[1]))
+        return ""
+
+    chart = _drawn(story, "places", "Place of contact", "m", [], draw, _MAP_SIZE)
+    scale: Any = scales[0]
+    limit, more = scale.norm.vmax, "≥ " if scale.cmap.colorbar_extend == "max" else ""
+    shades = [to_hex(scale.to_rgba(force)) for force in np.linspace(0.0, limit, 9)]
+    return replace(chart, shades=shades, limit=f"{more}{limit:g} N")
+
+
+def _drawn(
+    story: Story,
+    name: str,
+    title: str,
+    unit: str,
+    curves: list[Curve],
+    draw: Callable[[Axes], str],
+    size: tuple[int, int] = _SIZE,
+) -> PageChart:
+    """Return a chart of some `size` (pixels) that `draw` draws, which returns the prefix of the unit."""
+    course, (width, height) = story.time_map, size
     with figure_style(LIGHT):
-        figure = Figure(figsize=(width / 72.0, _SIZE[1] / 72.0), dpi=72)
+        figure = Figure(figsize=(width / 72.0, height / 72.0), dpi=72)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        prefix = draw_curves(axes, curves, story, course, _SIZE, _TICKS, 1.5)
+        prefix = draw(axes)
         axes.ticklabel_format(axis="y", style="plain", useOffset=False)
         times, values = _labels(axes.xaxis, axes.get_xlim()), _labels(axes.yaxis, axes.get_ylim())
         events = evenly(story.histories[0].events)
         at = course.film_at(np.array([event.time for event in events])) * width / (course.duration or 1.0)
         tints = [LIGHT.states[event.state] for event in events]
-        axes.vlines(at, 0.0, 0.07, colors=tints, linewidth=2.0, transform=axes.get_xaxis_transform())
+        axes.vlines(at, 0.0, _MARK / height, colors=tints, linewidth=2.0, transform=axes.get_xaxis_transform())
         axes.tick_params(length=0.0, labelbottom=False, labelleft=False)
         axes.spines[:].set_visible(False)
         drawing = StringIO()

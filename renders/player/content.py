@@ -90,7 +90,7 @@ def content_of(story: Story) -> Content:
     path = np.concatenate([[0.0], np.cumsum(steps)])  # of the contact point
     ghosts = np.arange(0.0, path[-1], _GHOST * length)
     rates, rate = np.unique([float(f"{rate:.3g}") for rate in course.rate_at(times[samples])], return_inverse=True)
-    arrow = _arrows(geometry, samples)
+    arrow, zones = _arrows(geometry, samples), _zones(geometry, samples)
     axis_places, faces = _places(geometry, samples)
     tails = (faces - 1.2 * ARROW * length * arrow).reshape(-1, 2)  # of the arrows
     arrays: dict[str, NDArray[Any]] = {
@@ -102,6 +102,7 @@ def content_of(story: Story) -> Content:
         "place": axis_places,
         "offset": faces - axis_places,
         "arrow": arrow,
+        "zone": zones[:, :, :2],
         "trace": np.searchsorted(path, path - _TRACE * length),
         "rate": rate,
         **_colours(geometry, samples, scales),
@@ -122,6 +123,7 @@ def content_of(story: Story) -> Content:
         ],
         "contacts": arrow.shape[1],
         "main": geometry.main_contact,
+        "zone_sides": np.sign(zones[:, :, 2].sum(axis=0)).tolist(),
         "touch_radius": geometry.touch_radius,
         "on_axis": scenario.contact_fibre == 0.0,
         "mass_radius": geometry.mass_radius,
@@ -142,7 +144,7 @@ def content_of(story: Story) -> Content:
     changes = np.flatnonzero(np.diff(state, prepend=255, append=255))
     at = 100.0 * np.append(film, film[-1]) / (film[-1] or 1.0)
     strip = [(State(int(state[a])).name, at[a], at[b] - at[a]) for a, b in pairwise(changes.tolist())]
-    texts = _texts(geometry, samples, charts)
+    texts = _texts(geometry, samples, charts) | {"touched_text": _touched(zones)}
     return Content(
         facts, arrays, texts, charts, scales, strip, _marks(story), events, _contacts(geometry, times[samples])
     )
@@ -159,6 +161,16 @@ def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:
     with np.errstate(over="ignore", invalid="ignore"):
         arrow = force / np.sqrt(np.maximum(size, 1e-300) * (geometry.peak_force or 1.0))
     return np.asarray(np.nan_to_num(arrow, posinf=0.0, neginf=0.0))
+
+
+def _zones(geometry: BeamGeometry, samples: Integers) -> Array:
+    """Return the zones of contact (frames, obstacles, 3): first and last place (m) and side, or zeros."""
+    obstacles = np.unique(geometry.values("contact_obstacle")).tolist() if geometry.anywhere else []
+    found = np.zeros((samples.size, len(obstacles), 3))
+    for n, k in enumerate(samples):
+        for zone in geometry.zones(k):
+            found[n, obstacles.index(zone.obstacle)] = zone.first, zone.last, zone.side
+    return np.nan_to_num(found)
 
 
 def _places(geometry: BeamGeometry, samples: Integers) -> tuple[Array, Array]:
@@ -203,6 +215,8 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         "force_text": each(largest_push, lambda v: f"{significant(v, 3)} N"),
     }
     for chart in charts:
+        if not chart.curves:
+            continue
         largest = max(float(np.abs(c.values[np.isfinite(c.values)]).max(initial=0.0)) for c in chart.curves)
         places = min(6, max(0, 3 - math.floor(math.log10(largest or 1.0))))
         # energies have the same decimals: they add up
@@ -215,6 +229,19 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         found["tangential force"] = each(tangential, lambda v: f"{significant(v, 4)} N")
     else:
         found["deflection"] = each(geometry.values("deflection"), millimetres)
+    return found
+
+
+def _touched(zones: Array) -> list[str]:
+    """Return in words where the beam touches, for zones of contact (frames, obstacles, 3)."""
+    found = []
+    for frame in zones:
+        parts = [
+            f"{first:.3f}" if first == last else f"{first:.3f} to {last:.3f}"
+            for first, last, side in frame
+            if side
+        ]
+        found.append(f"{' and '.join(parts)} m" if parts else "none")
     return found
 
 

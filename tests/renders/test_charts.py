@@ -12,6 +12,8 @@ from oblique_impact import Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders import campbell, overview
 from oblique_impact.renders.charts import Chart, Curve, energy_curves, force_curves, round_times
+from oblique_impact.renders.contact_map import contact_pieces, draw_contact_map
+from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import LIGHT, STATE_COLOURS
@@ -166,3 +168,77 @@ def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):
         np.testing.assert_allclose([x[[0, -1]], y[[0, -1]]], [[0.0, 6.0], ends[:, 0]])
     marks = [one.get_xdata()[0] for one in axes.lines if np.ptp(one.get_xdata()) == 0.0]
     assert marks == [0.0, 6.0]
+
+
+#: many places on a table, its corner, two pegs that stick for a while; and a time (s) that is looked at
+TOUCHING = {
+    "slap": (("slap", "end_time=0.385"), (0.3745, 0.3845)),
+    "edge": (("edge", "end_time=0.39"), (0.377, 0.3875)),
+    "pegs": (("two-pegs", "initial.angle=-0.0499", "beam.kelvin_voigt=1e-3", "end_time=0.1"), (0.04, 0.055)),
+}
+
+
+@pytest.fixture(params=TOUCHING)
+def touching(run, request):
+    return run(*TOUCHING[request.param][0])
+
+
+def closed_at(history, sample):
+    """Places, forces and sticking of the contacts that are closed at a sample, along the beam."""
+    state, place, force = (history[f"contact_{name}"].values[sample] for name in ("state", "place", "lambda_n"))
+    return sorted((place[i], force[i], state[i] == State.STICK) for i in np.flatnonzero(state != State.FREE))
+
+
+def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(touching):
+    pieces, times = contact_pieces(touching), touching["time"].values
+    events = np.array([event.time for event in touching.events])
+    # at an event there are two states, at a jump two samples
+    between = np.abs(times[:, None] - events).min(axis=1) > 1e-9
+    between &= np.minimum(np.diff(times, prepend=-1.0), np.diff(times, append=np.inf)) > 1e-9
+    for k in np.flatnonzero(between & (times > events[0]) & (times < times[-1])):
+        there = (pieces.start < times[k]) & (times[k] < pieces.end)
+        found = sorted(zip(pieces.place[there], pieces.force[there], pieces.stuck[there], strict=True))
+        assert found == closed_at(touching, k)
+    for number, contact in enumerate(touching.contacts):
+        own = pieces.contact == number
+        assert (pieces.start[own][0], pieces.end[own][-1]) == (contact.start, contact.end)
+        np.testing.assert_array_equal(pieces.start[own][1:], pieces.end[own][:-1])
+        if contact.end > contact.start and not np.any((times >= contact.start) & (times <= contact.end)):
+            # it has no sample, but its impulse is known
+            impulse = pieces.force[own] * (contact.end - contact.start)
+            assert impulse == pytest.approx([contact.normal_impulse])
+
+
+@pytest.mark.parametrize("case", TOUCHING)
+def test_the_map_of_contacts_has_the_colour_of_the_force_at_a_place_and_a_hatch_where_it_sticks(run, case):
+    touching, (start, end) = run(*TOUCHING[case][0]), TOUCHING[case][1]
+    axes, times = Figure().subplots(), touching["time"].values
+    scale = draw_contact_map(axes, touching, between=(start, end))
+    *bars, hatched = axes.patches
+    pixel, seen = 1e-3 * (end - start), 0
+    for k in np.flatnonzero((times > start) & (times < end)):
+        closed, at = closed_at(touching, k), 1e3 * times[k]
+        for place, force, stuck in closed:
+            shown = [bar.get_facecolor() for bar in bars if bar.get_path().contains_point((at, place))]
+            # what is shorter than a pixel has the colour of its surroundings
+            if np.diff(times[k - 1 : k + 2]).min() > pixel and len(shown) == 1:
+                seen += 1
+                assert np.abs(np.subtract(shown[0], scale.to_rgba(force))).max() < 0.05
+                assert hatched.get_path().contains_point((at, place)) == stuck
+        away = [p for p in (0.05, 0.25, 0.5) if all(abs(p - place) > 0.02 for place, *_ in closed)]
+        assert not any(bar.get_path().contains_point((at, p)) for bar in bars for p in away)
+    assert seen > 20
+    assert (hatched.get_path().vertices.size > 0) == (case == "pegs")
+
+
+def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch(run):
+    for name, mapped in (("paper", False), ("slap", True)):
+        history = run(name)
+        titles = [axes.get_title(loc="left") for axes in overview.overview({"": history}).axes]
+        assert any("where the beam touches" in title for title in titles) == mapped
+        page = content_of(story_of([history]))
+        assert ("places" in [chart.name for chart in page.charts]) == mapped
+    frame = int(np.argmin(np.abs(page.arrays["time"] - 0.3797)))
+    k = int(np.flatnonzero(history["time"].values == page.arrays["time"][frame])[0])
+    places = [place for place, *_ in closed_at(history, k)]
+    assert page.texts["touched_text"][frame] == f"{places[0]:.3f} to {places[-1]:.3f} m"

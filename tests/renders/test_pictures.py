@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
+from oblique_impact.contact.state import State
 from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import BARE, Style
@@ -94,6 +96,54 @@ def test_the_arrow_points_along_the_force_to_the_contact_point(story, strongest)
     assert np.abs(pixels @ (-along[1], along[0])).max() < 10.0
     assert np.ptp(pixels @ along) > 40.0
     assert not ((flight[..., 0] - flight[..., 2] > 150) & (flight[..., 1] < 150)).any()
+
+
+#: a beam that slaps onto a table below it, and onto one above it
+SLAPS = {
+    "below": ("end_time=0.385",),
+    "above": (
+        *["end_time=0.07", "gravity=0.0", "initial.angle=-0.25", "initial.angular_velocity=4.6"],
+        "obstacles=[{kind='side', origin=[0.0,0.02], angle=3.141592653589793}]",
+    ),
+}
+
+
+@pytest.mark.parametrize("where", SLAPS)
+def test_the_band_lies_on_the_face_from_the_first_to_the_last_closed_place(run, where):
+    history = run("slap", *SLAPS[where])
+    story = story_of([history], Style(size=SIZE))
+    geometry, page = story.geometries[0], content_of(story)
+    closed, places = history["contact_state"].values != State.FREE, history["contact_place"].values
+    firsts, lasts = np.where(closed, places, np.inf).min(axis=1), np.where(closed, places, -np.inf).max(axis=1)
+    k = int(np.argmax(lasts - firsts))
+    first, last = firsts[k], lasts[k]
+    assert last - first > 0.05
+    (zone,) = geometry.zones(k)
+    assert (zone.obstacle, zone.first, zone.last) == (1, first, last)
+    frame = int(np.flatnonzero(page.arrays["time"] == geometry.times[k])[0])
+    np.testing.assert_array_equal(page.arrays["zone"][frame], [[first, last]])
+    free = np.flatnonzero(page.arrays["state"] == State.FREE)
+    assert not page.arrays["zone"][free].any()
+    # its ends are the places that the forces push on, on the side of the beam that touches
+    face = geometry.face(k, page.facts["zone_sides"][0])
+    ends = [[np.interp(place, geometry.stations, column) for column in face.T] for place in (first, last)]
+    np.testing.assert_allclose(ends, geometry.contact_places(k)[closed[k]][[0, -1]], atol=1e-5)
+    scene, picture = alone(story, geometry.times[k], arrow=True, camera="front")
+    along = np.linspace(first - 0.05, last + 0.05, 60)
+    points = np.stack([*(np.interp(along, geometry.stations, column) for column in face.T), 0.0 * along], axis=1)
+    pixels = projected(scene, points)
+    without = scene.draw(0.1).astype(int)
+    scene.close()
+    x, y = pixels.round().astype(int).T
+    orange = picture[y, x, 0] - picture[y, x, 2] > 100
+    near = 9.0 * np.ptp(along) / np.ptp(pixels[:, 0])  # m: a mark at a place is as large as that
+    inside, outside = (
+        (along > first + near) & (along < last - near),
+        (along < first - near) | (along > last + near),
+    )
+    assert orange[inside].mean() > 0.7  # marks of forces are white
+    assert not orange[outside].any()
+    assert not (without[y, x, 0] - without[y, x, 2] > 100).any()
 
 
 def test_a_scale_bar_is_as_long_as_what_it_names(story):

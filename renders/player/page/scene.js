@@ -96,6 +96,7 @@ function drawScene() {
   drawBeam(c, view, axisAt(show.place, factor.factor));
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
   circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
+  drawZones(c, view, axisAt(show.place, factor.factor));
   drawForces(c, view, facts.longest_arrow * view.whole, run.force_text[Math.floor(show.place)]);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
@@ -105,6 +106,7 @@ function drawInset() {
   drawObstacles(c, view);
   drawTrace(c, view);
   drawBeam(c, view, axisAt(show.place, 1));
+  drawZones(c, view, axisAt(show.place, 1));
   const axis = ofContact(run.place, show.place, facts.main);
   circle(c, facts.on_axis ? toPixels(view, axis) : touchPlace(view, facts.main), 2.4, colour.edge);
   drawForces(c, view, 0.36 * Math.min(...sizeOf(inset)));
@@ -236,6 +238,27 @@ function drawScaleBar(c, view, canvas) {
 function touchPlace(view, i) {
   const offset = ofContact(run.offset, show.place, i);
   return toPixels(view, ofContact(run.place, show.place, i).map((v, n) => v + view.thick * offset[n]));
+}
+
+/** The face of the beam from the first to the last place that touches an obstacle, as of the frame before. */
+function drawZones(c, view, axis) {
+  const { lower, upper } = edgesOf(view, axis), frame = Math.floor(show.place), count = facts.zone_sides.length;
+  facts.zone_sides.forEach((side, i) => {
+    const [first, last] = [0, 1].map((n) => run.zone[2 * (frame * count + i) + n]);
+    if (!(last > first)) return; // one place alone has its force
+    const edge = side > 0 ? upper : lower, inside = facts.stations.filter((s) => s > first && s < last);
+    const points = [first, ...inside, last].map((place) => {
+      const j = clamp(facts.stations.findIndex((s) => s >= place), 1, STATIONS - 1), [a, b] = [facts.stations[j - 1], facts.stations[j]];
+      return edge[j - 1].map((v, n) => v + ((place - a) / (b - a)) * (edge[j][n] - v));
+    });
+    for (const [ink, width] of [[colour.background, 6.5], [colour.states[stateAt(show.place)], 4]]) {
+      c.beginPath();
+      points.forEach((point) => c.lineTo(...point));
+      c.strokeStyle = ink;
+      c.lineWidth = width;
+      c.stroke();
+    }
+  });
 }
 
 /** The force of each contact; the text stands beside the largest. */
