@@ -19,7 +19,7 @@ from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.contact.state import Baumgarte, Tolerances
-from oblique_impact.contact.stops import ContactLaw, ElasticStop, MasslessPoint
+from oblique_impact.contact.stops import ContactLaw, MasslessPoint, elastic_stop
 from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.workspace import Array
@@ -94,6 +94,8 @@ def _requirement(name: str, s: Scenario) -> str:
         return 'discretization.method = "modal" or "fem"'
     if name == "contact_law" and s.contact.normal != "spring":
         return f'contact.normal = "spring" (it is "{s.contact.normal}"), in whose place it stands'
+    if name == "contact_law" and any(item.bedding for item in s.obstacles):
+        return "obstacles.bedding = 0: it has the force of a place, not over a length"
     if name == "impact_law" and (s.contact.normal != "rigid" or s.contact.point_inertia == "none"):
         return 'contact.normal = "rigid" and contact.point_inertia = "kept": others have no impacts'
     if name == "base_motion" and s.root.kind != "driven":
@@ -170,7 +172,9 @@ def contacts_at(
 ) -> MultiContact:
     """Return places that can touch, at least one, with their transition tables; `size` coordinates are marched."""
     machines = [
-        contact_machine(scenario, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side)
+        contact_machine(
+            scenario, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side, place.cell
+        )
         for place in places
     ]
     return MultiContact(
@@ -220,11 +224,12 @@ def contact_machine(
     stiffness: float,
     extent: tuple[float, ...],
     rolls: bool = False,
+    cell: float = 0.0,
 ) -> ContactMachine:
     """Return the transition table of one contact of a scenario.
 
     `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
-    has no ends; a point of an obstacle `rolls` on the beam where it sticks.
+    has no ends; a point of an obstacle `rolls` on the beam where it sticks; a `cell` (m) bears on a bedding.
     """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
@@ -233,17 +238,22 @@ def contact_machine(
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.stick_criterion,
-        parts.contact_law or contact_law_of(scenario, stiffness),
+        parts.contact_law or contact_law_of(scenario, stiffness, extent, cell),
         extent,
         rolls,
     )
 
 
-def contact_law_of(scenario: Scenario, stiffness: float) -> ContactLaw | None:
-    """Return the built-in law of a compliant stop of the given stiffness (N/m), None of a rigid one."""
+def contact_law_of(
+    scenario: Scenario, stiffness: float, extent: tuple[float, ...] = (), cell: float = 0.0
+) -> ContactLaw | None:
+    """Return the built-in law of a compliant stop of the given stiffness (N/m), None of a rigid one.
+
+    A `cell` (m) of the beam bears on a bedding, between the slips `extent` (m) if it has ends.
+    """
     c = scenario.contact
     if c.normal == "spring":
-        return ElasticStop(stiffness, c.damping)
+        return elastic_stop(stiffness, c.damping, extent, cell)
     if c.point_inertia == "none" and scenario.solver.scheme != "time-stepping":
         return MasslessPoint()
     return None

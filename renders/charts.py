@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from oblique_impact.beam.beam import contact_places
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.envelope import drawn
@@ -220,12 +221,11 @@ def stop_energy(geometry: BeamGeometry) -> Array:
     if stop is None or not scenario.contact.enabled:
         return energy
     if geometry.anywhere:
-        stiffness = {side.obstacle: side.stiffness for side in scenario.sides}
-        stiffness |= {point.obstacle: point.stiffness for point in scenario.obstacle_points}
-        columns = (history[f"contact_{name}"].values for name in ("obstacle", "gap", "state"))
-        for obstacle, gaps, states in zip(*(column.T for column in columns), strict=True):
-            law = contact_law_of(scenario, stiffness[int(obstacle)]) or stop
-            energy += [law.energy(gap, 0.0) if state else 0.0 for gap, state in zip(gaps, states, strict=True)]
+        columns = (history[f"contact_{name}"].values.T for name in ("gap", "slip", "state"))
+        for place, *samples in zip(contact_places(scenario), *columns, strict=True):
+            law = contact_law_of(scenario, place.stiffness, place.extent, place.cell) or stop
+            rows = zip(*samples, strict=True)
+            energy += [law.at(slip).energy(gap) if state else 0.0 for gap, slip, state in rows]
         return energy
     for contact in history.contacts:
         span = slice(int(last_sample(times, contact.start)), int(first_sample(times, contact.end)) + 1)

@@ -214,7 +214,7 @@ class ExactStepper:
         state, touching, after = self._phases[i], self._touchings[i], places[i]
         if state.state == FREE:
             return guards_of(state, Instant(*after[:4]))
-        force, _ = self._closed[i].normal_force(self._places[i].gap, after.gap, length)
+        force, _ = self._closed[i].normal_force(*_middle(self._places[i], after), length)
         reaction = float(step.keeping[i])
         found = guards_of(state, Instant(*after[:4], normal_force=force, tangential_force=reaction))
         if state.state == STICKING:
@@ -253,10 +253,15 @@ class ExactStepper:
         holding = Contact(self._touchings[i], sticks=True)
         trial = self._step(length, self._closed | {i: holding})
         after, reaction = holding.touching.place(trial.stage), float(trial.keeping[i])
-        force, _ = holding.normal_force(self._places[i].gap, after.gap, length)
+        force, _ = holding.normal_force(*_middle(self._places[i], after), length)
         if state == SLIDING and abs(reaction) <= self._phases[i].stick.static * force:
             return GUARDS * len(self._phases) + i
         return GUARDS * i + (UPPER if reaction < 0.0 else LOWER)
+
+
+def _middle(before: Place, after: Place) -> tuple[float, float, float]:
+    """Return the gaps (m) at both ends of a step and the mean slip (m)."""
+    return before.gap, after.gap, 0.5 * (before.slip + after.slip)
 
 
 class ExactScheme(Scheme):

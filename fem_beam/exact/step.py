@@ -118,8 +118,8 @@ class _Pushed:
     """A contact in an iteration: its rows (3 n,) of gap and slip, force (N) and the direction (3 n,) of that."""
 
     def __init__(self, contact: Contact, q0: Array, q1: Array, length: float) -> None:
-        gap0, gap1, self.normal, self.tangential = contact.touching.rows(q0, q1)
-        self.force, self.rate = contact.normal_force(gap0, gap1, length)
+        gap0, gap1, slip0, slip1, self.normal, self.tangential = contact.touching.rows(q0, q1)
+        self.force, self.rate = contact.normal_force(gap0, gap1, 0.5 * (slip0 + slip1), length)
         self.direction = self.normal + contact.friction * self.tangential if contact.friction else self.normal
         self.sticks = contact.sticks
 

@@ -49,6 +49,8 @@ class Rows(NamedTuple):
 
     gap0: float  # m
     gap1: float
+    slip0: float  # m
+    slip1: float
     normal: Array
     tangential: Array
 
@@ -74,7 +76,8 @@ class Touching(ABC):
     def force(self, place: Place) -> float:
         """Return the normal force (N) at an instant: k d (1 + damping d') at the depth d, never pulling."""
         # at a release, the gap is zero but for rounding
-        return self.law.stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
+        stiffness = self.law.at(place.slip).stiffness
+        return stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
 
     @abstractmethod
     def place(self, stage: Stage) -> Place:
@@ -119,12 +122,14 @@ class PointOnSide(Touching):
         at = slice(NODE * self.node, NODE * (self.node + 1))
         normal[at] = -self.tangent.imag, self.tangent.real, turning.imag
         tangential[at] = self.tangent.real, self.tangent.imag, turning.real
-        return Rows(self._gap(q0), self._gap(q1), normal, tangential)
+        (gap0, slip0), (gap1, slip1) = self._gap_and_slip(q0), self._gap_and_slip(q1)
+        return Rows(gap0, gap1, slip0, slip1, normal, tangential)
 
-    def _gap(self, q: Array) -> float:
+    def _gap_and_slip(self, q: Array) -> tuple[float, float]:
         x, y, phi = self._own(q)
-        point = x + 1j * y + 1j * self.fibre * cmath.exp(1j * phi)
-        return (self.tangent.conjugate() * point).imag - self.offsets[0]
+        moved = self.tangent.conjugate() * (x + 1j * y + 1j * self.fibre * cmath.exp(1j * phi))
+        height, along = self.offsets
+        return moved.imag - height, moved.real - along
 
     def _own(self, q: Array) -> list[float]:
         """Return the node's unknowns, or their rates."""
@@ -193,7 +198,7 @@ class PointOnBeam(Touching):
         square = float(change @ along)
         if square > 0.0:
             normal[near] += (gap1 - gap0 - normal[near] @ change) / square * along
-        return Rows(gap0, gap1, normal, tangential)
+        return Rows(gap0, gap1, -start.x, -end.x, normal, tangential)
 
     def _gap(self, at: _Found) -> float:
         return self.side * at.height - self.radius - self.half_depth
@@ -261,16 +266,17 @@ class PointOnBeam(Touching):
 class Contact:
     """A closed contact within a step: spring, and friction against the slip, or none because the point sticks.
 
-    The mean force of the spring over a step is that at its mean depth: its work is the change of its energy.
+    The mean force of the spring over a step is that at its mean depth and place: its work is the change of its
+    energy, but for that of a bedding off which the beam slides.
     """
 
     touching: Touching
     friction: float = 0.0  # lambda_tau/lambda_n, against the slip
     sticks: bool = False
 
-    def normal_force(self, gap0: float, gap1: float, length: float) -> tuple[float, float]:
-        """Mean normal force (N) of a step, and its derivative by the gap at its end (N/m)."""
-        k, c = self.touching.law.stiffness, self.touching.law.damping
+    def normal_force(self, gap0: float, gap1: float, slip: float, length: float) -> tuple[float, float]:
+        """Mean normal force (N) of a step, its derivative by the gap at the end (N/m); `slip` (m) is the mean."""
+        k, c = self.touching.law.at(slip).stiffness, self.touching.law.damping
         depth, factor = -0.5 * (gap0 + gap1), 1.0 - c * (gap1 - gap0) / length
         if factor <= 0.0:
             return 0.0, 0.0
@@ -282,8 +288,12 @@ class Contact:
         `reaction` (N) is the force that keeps the point where it is if it sticks.
         """
         rows = self.touching.rows(q0, q1)
-        force, _ = self.normal_force(rows.gap0, rows.gap1, length)
+        force, _ = self.normal_force(rows.gap0, rows.gap1, 0.5 * (rows.slip0 + rows.slip1), length)
         tangential = reaction if self.sticks else self.friction * force
-        elastic = -0.5 * self.touching.law.stiffness * (rows.gap0 + rows.gap1)
         friction = -tangential * float(rows.tangential @ (q1 - q0))
-        return force * length, tangential * length, friction, (force - elastic) * (rows.gap0 - rows.gap1)
+        first, last = self.touching.law.at(rows.slip0).stiffness, self.touching.law.at(rows.slip1).stiffness
+        elastic = -0.25 * (first + last) * (rows.gap0 + rows.gap1)
+        stop = (force - elastic) * (rows.gap0 - rows.gap1)
+        # springs of a bedding that the beam slides off keep what they hold
+        kept = 0.25 * (first - last) * (rows.gap0**2 + rows.gap1**2)
+        return force * length, tangential * length, friction, stop + kept

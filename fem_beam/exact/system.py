@@ -11,7 +11,7 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import ContactPlace, contact_places
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
 from oblique_impact.fem_beam.exact.stop import PointOnBeam, PointOnSide, Touching
@@ -38,8 +38,8 @@ def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
     """Return the contacts of these places."""
     found = list[Touching]()
     for place in places_of(scenario):
-        law, at = ElasticStop(place.stiffness, scenario.contact.damping), [float(x) for x in place.numbers]
-        common = beam, place.obstacle, law, place.extent
+        law = elastic_stop(place.stiffness, scenario.contact.damping, place.extent, place.cell)
+        common, at = (beam, place.obstacle, law, place.extent), [float(x) for x in place.numbers]
         if place.on_side:
             node = int(np.argmin(np.abs(beam.x - at[0])))
             outer = int(np.cos(scenario.initial.angle - at[1]) > 0.0)

@@ -36,6 +36,7 @@ class ContactPlace(NamedTuple):
     extent: tuple[float, ...]  # m, of the slip
     stiffness: float  # N/m, of an elastic stop
     radius: float = 0.0  # m, of a peg
+    cell: float = 0.0  # m, of the beam that bears on a bedding; the stiffness is that of the bed under all of it
 
 
 def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[ContactPlace]:
@@ -56,7 +57,10 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
         for place in s.beam_points:
             fibre = facing * half_depth(place)
             numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, foreshortening * fibre
-            found.append(ContactPlace(side.obstacle, True, numbers, tuple(side.extent), side.stiffness))
+            cell = s.cell_on(side, place)
+            stiffness = side.bedding * sum(cell) if side.bedding else side.stiffness
+            extent = side.lengthened(cell).extent
+            found.append(ContactPlace(side.obstacle, True, numbers, extent, stiffness, cell=sum(cell)))
     for point in s.obstacle_points:
         across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
         along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach

@@ -142,7 +142,8 @@ def _largest_force(s: Scenario, variables: Mapping[str, Array]) -> _Peak:
     k, i = (int(at) for at in np.unravel_index(np.argmax(forces), forces.shape))
     obstacle, depth = int(variables["contact_obstacle"][i]), -float(variables["contact_gap"][k, i])
     place = float(np.clip(variables["contact_place"][k, i], 0.0, s.beam.length))
-    key = f"obstacles.{obstacle}.stiffness" if obstacle else key
+    if obstacle:
+        key = f"obstacles.{obstacle}.{'bedding' if s.obstacles[obstacle - 1].bedding else 'stiffness'}"
     if s.contact.normal == "rigid":
         depth = 0.0
     return _Peak(float(forces[k, i]), depth, place, key, f"at x = {place:.3g} m")
@@ -171,7 +172,11 @@ def elastic_stops(s: Scenario) -> list[tuple[float, float]]:
     """Return the stiffness (N/m) of each stop, and the place (m) where the undeformed beam can meet it."""
     if s.contact.where == "point":
         return [(s.contact.stiffness, s.contact.point)]
-    found = [(side.stiffness, x) for side in s.sides for x in s.beam_points]
+    found = [
+        (side.bedding * sum(s.cell_on(side, x)) if side.bedding else side.stiffness, x)
+        for side in s.sides
+        for x in s.beam_points
+    ]
     found += [(point.stiffness, math.hypot(point.x, point.y) - s.root.hub_radius) for point in s.obstacle_points]
     return [(stiffness, x) for stiffness, x in found if 0.0 <= x <= s.beam.length]
 

@@ -70,10 +70,25 @@ def spring_force(depth: float, rate: float, stiffness: float, damping: float) ->
 
 
 @inlined
+def share_of(slip: float, first: float, last: float, cell: float) -> tuple[float, float]:
+    """Part of a cell (m) of the beam that is over a bedding, and its derivative by the slip (1/m).
+
+    Between `first` and `last` (m along the side) some of the cell is.
+    """
+    share, fading = 1.0, 0.0
+    if cell > 0.0:
+        if slip - first < cell:
+            share, fading = share - 1.0 + (slip - first) / cell, fading + 1.0 / cell
+        if last - slip < cell:
+            share, fading = share - 1.0 + (last - slip) / cell, fading - 1.0 / cell
+    return max(0.0, share), fading
+
+
+@inlined
 def _law_force(law: Law | None, stop: Stop, depth: float, rate: float) -> float:
     """Force (N) of the law of a stop alone, which may be negative; the compiler drops one of the two branches."""
     if law is None:
-        return spring_force(depth, rate, stop.stiffness, stop.damping)
+        return spring_force(depth, rate, stop.share * stop.stiffness, stop.damping)
     return law(depth, rate)
 
 

@@ -26,6 +26,7 @@ from oblique_impact.contact.forces import (
     guards_of,
     instant_of,
     moved,
+    share_of,
     stop_force,
     with_forces,
 )
@@ -33,6 +34,7 @@ from oblique_impact.contact.friction import Branch
 from oblique_impact.contact.state import (
     A_NN,
     A_TT,
+    CELL,
     DEFINITE,
     FIRST,
     FREE,
@@ -74,9 +76,10 @@ NORMAL_DIRECTION, TANGENTIAL_DIRECTION = 0, 1
 def phase_of(shared: Phase, arrays: ContactArrays, i: int) -> Phase:
     """State of one of several contacts."""
     row, stop, surface = arrays.rows[i], shared.stop, shared.surface
+    share, fading = share_of(arrays.instants[i, SLIP], row[FIRST], row[LAST], row[CELL])
     return Phase(
         int(row[STATE]),
-        Stop(stop.compliant, stop.massless, row[STIFFNESS], stop.damping, stop.law),
+        Stop(stop.compliant, stop.massless, row[STIFFNESS], stop.damping, stop.law, row[CELL], share, fading),
         Branch(row[INTERCEPT], row[SLOPE], row[LOWEST], row[HIGHEST]),
         Stick(row[STATIC], row[KEPT_SLIP], row[HELD]),
         shared.stabilization,
@@ -90,7 +93,7 @@ def row_of(phase: Phase) -> list[float]:
     """Return the row of one of several contacts in this state."""
     friction, stick, surface = phase.friction, phase.stick, phase.surface
     ends = surface.side, surface.first, surface.last
-    return [float(phase.state), *friction, *stick, *ends, phase.stop.stiffness]
+    return [float(phase.state), *friction, *stick, *ends, phase.stop.stiffness, phase.stop.cell]
 
 
 @inlined
@@ -118,7 +121,7 @@ def contact_phase(arrays: ContactArrays | None, phase: Phase, i: int) -> Phase:
         stop, friction, surface = phase.stop, phase.friction, phase.surface
         return Phase(
             phase.state,
-            Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law),
+            Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law, 0.0, 1.0, 0.0),
             Branch(friction.intercept, friction.slope, friction.lower, friction.upper),
             Stick(phase.stick.static, phase.stick.slip, phase.stick.held),
             phase.stabilization,

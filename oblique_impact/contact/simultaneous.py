@@ -163,6 +163,8 @@ class ContactMachines:
                 touching.append(i)
         if len(touching) == 1:
             found = Change.of_one(touching[0], self.machines[touching[0]].touch(probe.of(touching[0])))
+        elif self.compliant:
+            found = self._decide(phase, touching, probe, Change())
         else:
             found = self._strike(phase, touching, [], probe) if touching else Change()
         found.phases |= below

@@ -35,6 +35,9 @@ class Stop(NamedTuple):
     stiffness: float = 0.0  # N/m
     damping: float = 0.0  # s/m
     law: Law | None = None  # lambda_n(d, d') in the place of the spring's
+    cell: float = 0.0  # m, of the beam that bears on a bedding, see `Bedding`; 0 of a stop at a point
+    share: float = 1.0  # of the stiffness that is there: the part of the cell that is over the bedding
+    fading: float = 0.0  # 1/m, derivative of the share by the slip
 
 
 class Stick(NamedTuple):
@@ -84,13 +87,13 @@ class Residual(NamedTuple):
 
 
 #: columns of `ContactArrays.rows`
-STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, SIDE, FIRST, LAST, STIFFNESS = range(12)
+STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, SIDE, FIRST, LAST, STIFFNESS, CELL = range(13)
 
 
 class ContactArrays(NamedTuple):
     """States of n contacts, and arrays for their problem at an instant in a system of d degrees of freedom."""
 
-    rows: Array  # (n, 12) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
+    rows: Array  # (n, 13) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
     instants: Array  # (n, 13) the fields of `Instant`, each contact's accelerations without any contact force
     biases: Array  # (n, 2) accelerations of gap and slip without q''
     directions: Array  # (n, 2, d) D_n, D_tau of the closed contacts
@@ -101,7 +104,7 @@ class ContactArrays(NamedTuple):
 
     @classmethod
     def new(cls, rows: Array, size: int) -> ContactArrays:
-        """Allocate the arrays of n contacts, `rows` (n, 12), of a system with `size` degrees of freedom."""
+        """Allocate the arrays of n contacts, `rows` (n, 13), of a system with `size` degrees of freedom."""
         n = len(rows)
         shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2)
         return cls(rows, *(np.zeros(shape) for shape in shapes))

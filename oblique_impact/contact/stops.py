@@ -2,17 +2,19 @@
 
 `ContactLaw`   the contract, for user-defined laws too
 `ElasticStop`  the built-in law, a spring with Hunt and Crossley's damping
+`Bedding`      such a spring under a cell of the beam, of which a part may lie beyond the end of the bed
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
 
-from oblique_impact.contact.forces import spring_force, stop_force
+from oblique_impact.contact.forces import share_of, spring_force, stop_force
 from oblique_impact.contact.state import Instant, Residual, Stop
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import compiled_law
@@ -72,6 +74,10 @@ class ContactLaw(ABC):
         force = float(stop_force(self.stop, Residual(compliance), gap, 0.0))
         return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force * force
 
+    def at(self, slip: float) -> ContactLaw:
+        """Return the law at a place (m along the side), which is the same everywhere but on a bedding."""
+        return self
+
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself in closed contact, from gaps (m), their rates (m/s) and forces (N).
 
@@ -119,6 +125,10 @@ class ElasticStop(ContactLaw):
         """The law as kernels read it."""
         return Stop(compliant=True, stiffness=float(self.stiffness), damping=float(self.damping))
 
+    def at(self, slip: float) -> ElasticStop:
+        """Return the spring at a place (m along the side)."""
+        return self
+
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself; without damping its force is stiffness times it."""
         depth, rate, ratio = -gap, -gap_rate, self.stiffness * residual.compliance
@@ -132,6 +142,51 @@ class ElasticStop(ContactLaw):
 
     def _own_energy(self, depth: float) -> float:
         return 0.5 * self.stiffness * depth * depth
+
+
+@dataclass(frozen=True)
+class Bedding(ElasticStop):
+    """Bed of springs under a cell of the beam, of which only that part bears that is over the bed.
+
+    A cell that slides over an end of the bed takes its force down to zero, and up again when it comes back.
+
+    Attributes
+    ----------
+    stiffness : float
+        N/m, of the bed under the whole cell.
+    first, last : float
+        Slip (m) between which some of the cell is over the bed.
+    cell : float
+        Length of the cell (m).
+    """
+
+    first: float = -inf
+    last: float = inf
+    cell: float = 0.0
+
+    @property
+    def stop(self) -> Stop:
+        """The law as kernels read it."""
+        return super().stop._replace(cell=float(self.cell))
+
+    def at(self, slip: float) -> ElasticStop:
+        """Return the spring at a place (m along the side)."""
+        share, _ = share_of(slip, self.first, self.last, self.cell)
+        return ElasticStop(self.stiffness * share, self.damping)
+
+    def force(self, instant: Instant) -> float:
+        """Return the normal force (N) at an instant."""
+        return self.at(instant.slip).force(instant)
+
+
+def elastic_stop(
+    stiffness: float, damping: float, extent: tuple[float, ...] = (), cell: float = 0.0
+) -> ElasticStop:
+    """Return a spring (N/m, s/m), or that of a bedding between the slips `extent` (m) under a `cell` (m)."""
+    if cell and extent:
+        first, last = extent
+        return Bedding(stiffness, damping, first, last, cell)
+    return ElasticStop(stiffness, damping)
 
 
 @dataclass(frozen=True)

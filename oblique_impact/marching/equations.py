@@ -24,7 +24,7 @@ class Quadratures(NamedTuple):
     friction_loss: float  # J
     damping_loss: float  # J, by the system's own damping
     stabilization_loss: float  # J, by the constraint's stabilization and the scheme itself
-    stop_loss: float  # J, by the damping of a compliant stop
+    stop_loss: float  # J, by the damping of a compliant stop, and where the beam slides off it
     supplied: float  # J, by drives and moving boundaries
 
 
@@ -64,11 +64,14 @@ def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadr
 
 @jitable
 def contact_losses(phase: Phase, c: Instant) -> tuple[float, float]:
-    """Power (W) that the stabilization of a constraint and the damping of a stop take out."""
+    """Power (W) that the stabilization of a constraint and the damping or the end of a stop take out."""
     if phase.stop.compliant:
         # what the stop does not give back: all but the work of its force at rest
         at_rest = stop_force(phase.stop, phase.residual, c.gap, 0.0)
-        return 0.0, (conjugate(phase, c) - at_rest) * -c.gap_rate
+        damped = (conjugate(phase, c) - at_rest) * -c.gap_rate
+        # springs of a bedding that the beam slides off keep what they hold
+        kept = 0.5 * phase.stop.stiffness * c.gap * c.gap * phase.stop.fading * c.slip_rate
+        return 0.0, damped - kept
     return -c.normal_force * c.gap_rate, 0.0
 
 

@@ -23,6 +23,7 @@ from oblique_impact.contact.state import (
     Residual,
     State,
 )
+from oblique_impact.contact.stops import Bedding
 from oblique_impact.contact.transitions import AtEnd, ContactProbe, EventKind
 from oblique_impact.errors import RunEnded
 from oblique_impact.kernels.workspace import Array
@@ -214,7 +215,7 @@ class MultiContactRun(Run):
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         machine = self.contacts.machines.machines[contact]
         if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
-            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(instant.gap, 0.0))
+            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.at(instant.slip).energy(instant.gap))
         if self.contacts.on_side[contact] or how is AtEnd.SLIDES_OFF:
             end = min(machine.extent, key=lambda place: abs(place - instant.slip))
             passage = Passage(self._now.t, how, instant.slip, end, self.contacts.obstacles[contact])
@@ -235,7 +236,7 @@ class MultiContactRun(Run):
         for i, state in change.phases.items():
             law, was = self.contacts.machines.machines[i].contact_law, self._state(leaving, i).state
             if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
-                energy = law.energy(before[i].gap, 0.0)
+                energy = law.at(before[i].slip).energy(before[i].gap)
                 if gone:
                     self._add_to(gone[0], 0.0, 0.0, 0.0, -energy)  # what it hands over is not lost
                 elif criterion is None or not criterion.located:
@@ -264,6 +265,9 @@ class MultiContactRun(Run):
         """Close a contact at a place (m); returns the share of its finite force."""
         opened, machine = self._opened.pop(contact), self.contacts.machines.machines[contact]
         whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), machine.contact_law)
+        if isinstance(machine.contact_law, Bedding):  # on which perhaps a part of the cell alone has borne
+            most = min(whole.peak_energy, 0.5 * opened.peak_force * opened.depth)
+            whole, finite = whole._replace(peak_energy=most), finite._replace(peak_energy=most)
         first, last = self._places.pop(contact)
         self.record.contacts.append(
             whole._replace(
@@ -289,7 +293,8 @@ class MultiContactRun(Run):
         last, stored = self.record.segments[-1], 0.0
         for i, machine in enumerate(self.contacts.machines.machines):
             if machine.contact_law is not None and last.each[i] != State.FREE:
-                stored += machine.contact_law.energy(float(last.observation.contacts[-1, i, GAP]), 0.0)
+                c = last.observation.contacts[-1, i]
+                stored += machine.contact_law.at(float(c[SLIP])).energy(float(c[GAP]))
         return stored
 
     def _relative_inertia(self) -> float:

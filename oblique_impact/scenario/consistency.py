@@ -86,6 +86,9 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
+    for number, item in enumerate(s.obstacles, start=1):
+        if item.bedding > 0.0 and s.contact.normal != "spring":
+            yield f"obstacles.{number}.bedding", 'only with contact.normal = "spring"'
     steps = s.solver.scheme == "time-stepping"
     if s.contact.point_inertia != "kept" and not steps:
         yield (
@@ -120,7 +123,7 @@ def _of_undeformed_beam(s: Scenario) -> Iterator[tuple[str, str]]:
         key, name = _named(side.obstacle)
         for x in s.beam_points:
             gap, along = side.gap_and_place(radius + x, angle, s.half_depth)
-            if gap < -touching and side.is_beside(along):
+            if gap < -touching and side.lengthened(s.cell_on(side, x)).is_beside(along):
                 below = f"the beam's point at {x:.6g} m starts {-gap:.6g} m below {name}"
                 yield key, f"{below}; the gap should be at least 0"
     for point in s.obstacle_points:

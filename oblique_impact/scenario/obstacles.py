@@ -14,6 +14,7 @@ class Side(NamedTuple):
     angle: float  # rad, from the horizontal
     extent: tuple[float, ...]  # m along the side from `origin`, (first, last); () is unbounded
     stiffness: float  # N/m, of an elastic stop
+    bedding: float = 0.0  # N/m^2, in place of the stiffness
 
     @property
     def offsets(self) -> tuple[float, float]:
@@ -26,6 +27,13 @@ class Side(NamedTuple):
         """Places [x, y] (m) where the side begins and ends; none if it is unbounded."""
         (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
         return tuple((x + along * c, y + along * s) for along in self.extent)
+
+    def lengthened(self, cell: tuple[float, float]) -> Side:
+        """Return the side, longer by a cell that reaches along it from a place (m before it, m after it)."""
+        if not self.extent:
+            return self
+        (before, after), (first, last) = cell, self.extent
+        return self._replace(extent=(first - after, last + before))
 
     def is_beside(self, along: float) -> bool:
         """Return whether a place along the side (m from `origin`) lies between its ends."""

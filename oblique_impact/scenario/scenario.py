@@ -201,7 +201,7 @@ class Scenario(Section):
         Whether contact is enabled is not asked.  With ``contact.where = "point"`` it is the slope alone.
         """
         others = [
-            Side(number, item.origin, item.angle, item.extent, item.stiffness)
+            Side(number, item.origin, item.angle, item.extent, item.stiffness, item.bedding)
             for number, item in enumerate(self.obstacles, start=1)
             if item.kind == "side"
         ]
@@ -209,12 +209,16 @@ class Scenario(Section):
 
     @property
     def obstacle_points(self) -> list[ObstaclePoint]:
-        """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``."""
+        """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``.
+
+        A side with a bedding has no corners: a bed yields to a point.
+        """
         if self.contact.where == "point":
             return []
         ends = [
             ObstaclePoint(side.obstacle, x, y, 0.0, side.stiffness, corner=True)
             for side in self.sides
+            if not side.bedding
             for x, y in side.ends
         ]
         pegs = [
@@ -231,6 +235,17 @@ class Scenario(Section):
             return (self.contact.point,)
         parts = self.contact.grid
         return tuple(self.beam.length * (number / parts) for number in range(1, parts + 1))
+
+    def cell_on(self, side: Side, place: float) -> tuple[float, float]:
+        """Return how far (m) the cell of a place on the beam reaches along a side, before the place and after it.
+
+        The cells of the contact grid, which end half way to the next place, bear on a bedding; (0, 0) without one.
+        """
+        if not side.bedding:
+            return 0.0, 0.0
+        half = 0.5 * self.beam.length / self.contact.grid
+        inner, outer = half, half if place < self.beam.length else 0.0
+        return (inner, outer) if math.cos(self.initial.angle - side.angle) > 0.0 else (outer, inner)
 
     @property
     def contact_nodes(self) -> tuple[float, ...]:

@@ -196,13 +196,20 @@ class ObstacleSection(Section):
     stiffness: Annotated[Positive, Unit("N/m")] = key(
         1e6, 'stiffness of this obstacle where it is touched, with `contact.normal = "spring"`'
     )
+    bedding: Annotated[NonNegative, Unit("N/m^2")] = key(
+        0.0,
+        "side: stiffness of a bed over its length, in place of `stiffness`. Each place of `contact.grid` bears on "
+        "as much of it as lies under its own part of the beam; the ends of the side are no corners then",
+    )
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
-        """Yield keys of the other kind of obstacle."""
-        owners = {"angle": "side", "extent": "side", "radius": "point"}
+        """Yield keys of the other kind of obstacle, and a stiffness beside a bedding."""
+        owners = {"angle": "side", "extent": "side", "bedding": "side", "radius": "point"}
         for name, kind in owners.items():
             if getattr(self, name) and self.kind != kind:
                 yield name, f'only with kind = "{kind}" (it is "{self.kind}")'
+        if self.bedding > 0.0 and "stiffness" in self.model_fields_set:
+            yield "stiffness", f"bedding = {self.bedding:g} N/m^2 stands in its place; leave one of them out"
 
 
 class ContactSection(Section):
