@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.axial import AxialFlexibility
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import STATE, Phase, State
@@ -48,8 +49,9 @@ class SteppedRun(MultiContactRun):
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
         super().__init__(problem, on_progress)
         assert isinstance(problem.scheme, TimeSteppingScheme)
-        ends = np.ascontiguousarray(self._ends)
-        self._steps = StepBuffers.new(ends, problem.q0.size, problem.scheme.mu_static > 0.0)
+        ends, axial = np.ascontiguousarray(self._ends), self.contacts.axial
+        axial = axial or AxialFlexibility.none(ends.shape[1])
+        self._steps = StepBuffers.new(ends, problem.q0.size, problem.scheme.mu_static > 0.0, axial)
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
 
@@ -63,6 +65,9 @@ class SteppedRun(MultiContactRun):
             raise RunEnded(Outcome.TOO_MANY_EVENTS)
         super()._keep(progress)
         self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
+
+    def _stretched(self) -> float:
+        return float(self._steps.stored[0])
 
     def _relative_inertia(self) -> float:
         """Impulses exist whatever the friction."""
