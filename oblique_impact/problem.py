@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, get_args, get_type_hints
 
@@ -15,6 +15,7 @@ from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
+from oblique_impact.contact.axial import AxialFlexibility
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.simultaneous import ContactMachines
@@ -104,6 +105,8 @@ def _requirement(name: str, s: Scenario) -> str:
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
     if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
         return 'contact.where = "point": of several contacts the built-in one decides'
+    if name in ("friction", "contact_law") and s.contact.axial_flexibility:
+        return "contact.axial_flexibility = false, which knows Coulomb's friction and an elastic stop"
     if name == "friction" and s.solver.scheme == "time-stepping":
         return 'another solver.scheme: "time-stepping" has contact.mu_static and contact.mu_kinetic'
     if name in ("scheme", "discretization") and s.is_nodal:
@@ -136,14 +139,16 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
-    multi_contact = None
+    multi_contact, axial = None, beam.axial_flexibility
     if anywhere and s.contact.enabled and beam.contact_places:
-        multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts)
+        multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts, axial)
         multi_contact = multi_contact._replace(yielding=yielding)
     if multi_contact:
         machine = multi_contact.machines.machines[0]
     else:
-        machine = contact_machine(s, scheme, tolerances, parts, s.contact.stiffness, s.slope.extent)
+        machine = contact_machine(
+            s, scheme, tolerances, parts, s.contact.stiffness, s.slope.extent, axial=axial.of(0) if axial else None
+        )
     return Problem(
         beam.model,
         q0,
@@ -169,19 +174,32 @@ def contacts_at(
     scheme: Scheme,
     tolerances: Tolerances,
     parts: Parts = Parts(),
+    axial: AxialFlexibility | None = None,
 ) -> MultiContact:
-    """Return places that can touch, at least one, with their transition tables; `size` coordinates are marched."""
+    """Return places that can touch, at least one, with their transition tables; `size` coordinates are marched.
+
+    `axial` is the flexibility behind their friction, None of a beam that does not stretch.
+    """
     machines = [
         contact_machine(
-            scenario, scheme, tolerances, parts, place.stiffness, place.extent, not place.on_side, place.cell
+            scenario,
+            scheme,
+            tolerances,
+            parts,
+            place.stiffness,
+            place.extent,
+            not place.on_side,
+            place.cell,
+            axial.of(i) if axial else None,
         )
-        for place in places
+        for i, place in enumerate(places)
     ]
     return MultiContact(
         ContactMachines(machines, size),
         tuple(place.obstacle for place in places),
         tuple(place.on_side for place in places),
         tuple(place.numbers[0] for place in places),
+        axial=axial,
     )
 
 
@@ -225,11 +243,13 @@ def contact_machine(
     extent: tuple[float, ...],
     rolls: bool = False,
     cell: float = 0.0,
+    axial: Callable[[float], float] | None = None,
 ) -> ContactMachine:
     """Return the transition table of one contact of a scenario.
 
     `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
-    has no ends; a point of an obstacle `rolls` on the beam where it sticks; a `cell` (m) bears on a bedding.
+    has no ends; a point of an obstacle `rolls` on the beam where it sticks; a `cell` (m) bears on a bedding;
+    `axial` is the flexibility (m/N) behind the friction of a contact that begins at a slip (m).
     """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
@@ -241,6 +261,7 @@ def contact_machine(
         parts.contact_law or contact_law_of(scenario, stiffness, extent, cell),
         extent,
         rolls,
+        axial,
     )
 
 

@@ -14,12 +14,12 @@ from oblique_impact.beam.convergence import convergence_warnings, truncation_war
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.small_deflection import deflection_warnings
-from oblique_impact.contact.friction import FrictionLaw, Frictionless
+from oblique_impact.contact.friction import Coulomb, FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
-from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.contact.transitions import ContactMachine
-from oblique_impact.errors import Interrupted, Outcome
+from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.samples import beam_variables, gather, section_forces
 from oblique_impact.history.summary import macro_collisions, summarize
@@ -120,6 +120,7 @@ def simulate_system(
     output_interval: float = 1e-2,
     baumgarte: Baumgarte = Baumgarte(),
     extent: tuple[float, ...] = (),
+    axial_flexibility: float = 0.0,
     gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
     macro_gap: float = 0.0,
@@ -144,6 +145,9 @@ def simulate_system(
         Stabilization of the contact constraints; default: none.
     extent : tuple of float
         Ends of the slope, [first, last] (m) along it; by default it has none.
+    axial_flexibility : float
+        Flexibility (m/N) without mass behind the friction, in series with it (Jenkins's element), on an
+        :class:`~oblique_impact.contact.stops.ElasticStop` without damping with :class:`Coulomb` friction.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.problem.system_scales`.
@@ -161,10 +165,16 @@ def simulate_system(
     Raises
     ------
     InputError
-        If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real.
+        If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real, or
+        `axial_flexibility` is given with other laws.
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
+    if axial_flexibility != 0.0:
+        elastic = isinstance(contact_law, ElasticStop) and contact_law.damping == 0.0
+        if axial_flexibility < 0.0 or not (elastic and isinstance(friction, Coulomb)):
+            words = "should be at least 0, with an ElasticStop without damping and Coulomb friction"
+            raise InputError(f"axial_flexibility = {axial_flexibility:g}: {words}")
     q0, qd0 = own_numbers(q0, (system.size,), "q0"), own_numbers(qd0, (system.size,), "qd0")
     system = _checked(system, q0, qd0)
     scheme = scheme or EventScheme(1e-10)
@@ -178,6 +188,7 @@ def simulate_system(
         scheme.stick_criterion,
         contact_law,
         extent,
+        axial=(lambda slip: axial_flexibility) if axial_flexibility else None,
     )
     problem = Problem(
         system,

@@ -189,7 +189,7 @@ class ExactStepper:
         for i, contact in self._closed.items():
             own = contact.gained(q0, q1, float(step.reactions[i]), length)
             gained[_OF_EACH] += own
-            gained[QUADRATURES + OF_A_CONTACT * i :][:OF_A_CONTACT] = own
+            gained[QUADRATURES + OF_A_CONTACT * i :][: len(own)] = own
             deepest = contact.touching.force(places[i]), -places[i].gap
             largest[:, i] = np.maximum(largest[:, i], deepest)
         y_new = self.scratch.y_new

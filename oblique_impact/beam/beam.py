@@ -16,6 +16,7 @@ from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import flexibility_between, residual_flexibility
+from oblique_impact.contact.axial import AxialFlexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.contact.yielding import Yielding
 from oblique_impact.errors import InputError
@@ -24,6 +25,7 @@ from oblique_impact.kernels.workspace import Vectors
 from oblique_impact.scenario.scenario import Scenario
 
 _STIFFENED = 1e-3  # of the mass, small against it and far above rounding
+_TABLE = 257  # places at which the axial flexibility of a beam that is not uniform is known
 _ROOTS = {"pin": floating_frame.PIN, "hub": floating_frame.HUB, "driven": floating_frame.DRIVEN}
 
 
@@ -176,6 +178,20 @@ class Beam:
     def contact_places(self) -> list[ContactPlace]:
         """Places that can touch if the whole beam can, see :func:`contact_places`."""
         return contact_places(self.scenario, self.foreshortening)
+
+    @cached_property
+    def axial_flexibility(self) -> AxialFlexibility | None:
+        """Axial flexibility behind the friction at the places of contact; None if it is left out."""
+        s, sections = self.scenario, self.operators.sections
+        if not s.contact.axial_flexibility:
+            return None
+        x = np.linspace(0.0, sections.length, 2 if sections.area.x.size == 2 else _TABLE)
+        along = np.array([x, sections.axial_flexibility(x)])
+        if s.contact.where == "point":
+            return AxialFlexibility(along, np.array([s.contact.point]), np.ones(1))
+        places = np.array([place.numbers[0] if place.on_side else np.nan for place in self.contact_places])
+        angles = [place.numbers[1] - s.initial.angle if place.on_side else 0.0 for place in self.contact_places]
+        return AxialFlexibility(along, places, np.where(np.cos(angles) >= 0.0, 1.0, -1.0))
 
     def _places(self) -> Places | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""

@@ -198,6 +198,24 @@ def drift_of(stick: Stick, c: Instant) -> float:
     return (c.slip - stick.slip) * stick.held
 
 
+@inlined
+def axial_force(stick: Stick, slip: float) -> float:
+    """Tangential force (N) of a contact that sticks on the axial flexibility, at its slip (m)."""
+    return (stick.slip - slip) / stick.compliance
+
+
+@inlined
+def slip_velocity(phase: Phase, c: Instant) -> float:
+    """Velocity (m/s) that friction sees while a contact slides, that of the stretching axis included.
+
+    On an elastic stop without damping lambda_tau' = r lambda_n' follows from the rate of the gap.
+    """
+    if phase.stick.compliance == 0.0:
+        return c.slip_rate
+    in_series = 1.0 / phase.stop.stiffness + phase.residual.compliance
+    return c.slip_rate - phase.stick.compliance * phase.friction.intercept * c.gap_rate / in_series
+
+
 @jitable
 def sliding_force(phase: Phase, c: Instant) -> Forces:
     """Contact force of a sliding contact; NO_SLIDING_SOLUTION if Painleve."""
@@ -220,6 +238,9 @@ def sliding_force(phase: Phase, c: Instant) -> Forces:
 @jitable
 def sticking_force(phase: Phase, c: Instant) -> Forces:
     """Both forces of a contact that sticks; NO_STICKING_SOLUTION if the constraints are redundant."""
+    if phase.stick.compliance != 0.0:  # on a compliant stop
+        push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
+        return Forces(OK, push, axial_force(phase.stick, c.slip))
     drift = drift_of(phase.stick, c)
     return holding_force(
         phase, c, phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
@@ -376,13 +397,14 @@ def guards_of(phase: Phase, c: Instant) -> Guards:
         )
     normal = -c.gap if phase.stop.compliant else c.normal_force
     if phase.state == SLIDING:
+        rate = slip_velocity(phase, c)
         definite = 1.0  # of a compliant stop it is decided as the slip begins
         if not phase.stop.compliant:
             definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - NEARLY_PAINLEVE
         return Guards(
             normal,
-            c.slip_rate - phase.friction.lower if phase.friction.lower > -1e300 else 1.0,
-            phase.friction.upper - c.slip_rate if phase.friction.upper < 1e300 else 1.0,
+            rate - phase.friction.lower if phase.friction.lower > -1e300 else 1.0,
+            phase.friction.upper - rate if phase.friction.upper < 1e300 else 1.0,
             definite,
             end,
         )

@@ -20,6 +20,7 @@ from oblique_impact.contact.forces import (
     OK,
     SINGULAR,
     accelerate,
+    axial_force,
     drift_of,
     flying,
     friction_ratio,
@@ -35,6 +36,7 @@ from oblique_impact.contact.state import (
     A_NN,
     A_TT,
     CELL,
+    COMPLIANCE,
     DEFINITE,
     FIRST,
     FREE,
@@ -81,7 +83,7 @@ def phase_of(shared: Phase, arrays: ContactArrays, i: int) -> Phase:
         int(row[STATE]),
         Stop(stop.compliant, stop.massless, row[STIFFNESS], stop.damping, stop.law, row[CELL], share, fading),
         Branch(row[INTERCEPT], row[SLOPE], row[LOWEST], row[HIGHEST]),
-        Stick(row[STATIC], row[KEPT_SLIP], row[HELD]),
+        Stick(row[STATIC], row[KEPT_SLIP], row[HELD], row[COMPLIANCE]),
         shared.stabilization,
         Surface(surface.enabled, row[SIDE], row[FIRST], row[LAST]),
         shared.residual,
@@ -123,7 +125,7 @@ def contact_phase(arrays: ContactArrays | None, phase: Phase, i: int) -> Phase:
             phase.state,
             Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law, 0.0, 1.0, 0.0),
             Branch(friction.intercept, friction.slope, friction.lower, friction.upper),
-            Stick(phase.stick.static, phase.stick.slip, phase.stick.held),
+            Stick(phase.stick.static, phase.stick.slip, phase.stick.held, phase.stick.compliance),
             phase.stabilization,
             Surface(surface.enabled, surface.side, surface.first, surface.last),
             phase.residual,
@@ -239,7 +241,7 @@ def take_contacts(
 
 @jitable
 def _push_stops(arrays: ContactArrays, phase: Phase, acceleration: Array) -> None:
-    """Add the known forces of compliant stops, with the friction of those that slide, to the acceleration."""
+    """Add the known forces of compliant stops, with their friction if that is known too, to the acceleration."""
     if not phase.stop.compliant:
         return
     for i in range(arrays.rows.shape[0]):
@@ -249,6 +251,8 @@ def _push_stops(arrays: ContactArrays, phase: Phase, acceleration: Array) -> Non
         c = instant_at(arrays, i)
         push = stop_force(p.stop, p.residual, c.gap, c.gap_rate)
         drag = friction_ratio(p, c.slip_rate) * push if p.state == SLIDING else 0.0
+        if p.state == STICKING and p.stick.compliance != 0.0:
+            drag = axial_force(p.stick, arrays.travel[i])
         arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = push, drag
         for j in range(acceleration.shape[0]):
             acceleration[j] += arrays.responses[i, 0, j] * push + arrays.responses[i, 1, j] * drag
@@ -296,7 +300,7 @@ def _collect(arrays: ContactArrays, phase: Phase, acceleration: Array) -> int:
         if state != FREE and not phase.stop.compliant:
             unknowns[m, 0], unknowns[m, 1] = i, NORMAL_DIRECTION
             m += 1
-        if state == STICKING:
+        if state == STICKING and arrays.rows[i, COMPLIANCE] == 0.0:
             unknowns[m, 0], unknowns[m, 1] = i, TANGENTIAL_DIRECTION
             m += 1
     for k in range(m):

@@ -163,6 +163,9 @@ class ContactMachines:
                 touching.append(i)
         if len(touching) == 1:
             found = Change.of_one(touching[0], self.machines[touching[0]].touch(probe.of(touching[0])))
+        elif self.machines[0].axial:
+            pressed = {i: self.machines[i].pressed(probe.of(i)) for i in touching}
+            found = Change(pressed, [(i, EventKind.IMPACT) for i in touching])
         elif self.compliant:
             found = self._decide(phase, touching, probe, Change())
         else:
@@ -182,8 +185,9 @@ class ContactMachines:
             i, which = guard - GUARDS * len(states), SWITCHED
         own, machine = phase_of(phase, arrays, i), self.machines[i]
         others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
-        if self.compliant and machine.stick_criterion:
-            # the scheme itself distinguishes stick from slip: transitions of others come in the next steps
+        if self.compliant and (machine.stick_criterion or machine.axial):
+            # the scheme itself distinguishes stick from slip: transitions of others come in the next steps; and no
+            # force on axial flexibility jumps, so that none of another contact follows
             seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)
             return Change.of_one(i, machine.after_guard(own, which, seen))
         if which == DEFINITE:

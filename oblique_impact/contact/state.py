@@ -45,11 +45,15 @@ class Stick(NamedTuple):
 
     A point of an obstacle rolls on the beam where it sticks: with its radius, or where it is pressed in, the place
     at which it touches moves without slipping.  There is no slip then to come back to, its rate alone is zero.
+
+    With the axial flexibility of the beam in the tangential row the material is at Z_tau + compliance lambda_tau,
+    and it is that which is kept at `slip`; see `oblique_impact.contact.axial`.
     """
 
     static: float = -1.0  # negative: a law without a stick state
     slip: float = 0.0  # m
     held: float = 1.0  # 0.0 of a point that rolls
+    compliance: float = 0.0  # m/N, the axial flexibility; 0: the beam does not stretch
 
 
 class Baumgarte(NamedTuple):
@@ -87,7 +91,8 @@ class Residual(NamedTuple):
 
 
 #: columns of `ContactArrays.rows`
-STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, SIDE, FIRST, LAST, STIFFNESS, CELL = range(13)
+STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, COMPLIANCE = range(9)
+SIDE, FIRST, LAST, STIFFNESS, CELL = range(9, 14)
 
 
 class ContactArrays(NamedTuple):
@@ -101,12 +106,13 @@ class ContactArrays(NamedTuple):
     definite: Array  # (n,) effective inverse normal mass, relative, given the contacts before
     matrix: Array  # (2 n, 2 n + 1) equations of the unknown forces with their right side
     unknowns: Array  # (2 n, 2) contact and direction, 0 normal or 1 tangential, of each unknown
+    travel: Array  # (n,) m, the integral of the slip velocity: the slip, but for rolling
 
     @classmethod
     def new(cls, rows: Array, size: int) -> ContactArrays:
         """Allocate the arrays of n contacts, `rows` (n, 13), of a system with `size` degrees of freedom."""
         n = len(rows)
-        shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2)
+        shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2), (n,)
         return cls(rows, *(np.zeros(shape) for shape in shapes))
 
 

@@ -12,12 +12,20 @@ from enum import Enum
 from math import inf
 from typing import NamedTuple, Protocol
 
-from oblique_impact.contact.forces import OK, can_slide, holding_force, inclined, sliding_force
+from oblique_impact.contact.forces import (
+    OK,
+    can_slide,
+    holding_force,
+    inclined,
+    sliding_force,
+    slip_velocity,
+)
 from oblique_impact.contact.friction import Branch, FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
 from oblique_impact.contact.state import (
     DEFINITE,
     END,
+    LOWER,
     NORMAL,
     SWITCHED,
     UPPER,
@@ -134,6 +142,9 @@ class ContactMachine:
         Ends of the slope, [first, last] in m along it; empty without ends.
     rolls : bool
         Whether a point of an obstacle touches the beam, see `Stick`; else a point of the beam a side.
+    axial : callable, optional
+        Axial flexibility (m/N) behind the friction of a contact that begins at a slip (m).  The stop is then an
+        :class:`~oblique_impact.contact.stops.ElasticStop` without damping, the friction is Coulomb's.
     """
 
     def __init__(
@@ -146,9 +157,10 @@ class ContactMachine:
         contact_law: ContactLaw | None = None,
         extent: tuple[float, ...] = (),
         rolls: bool = False,
+        axial: Callable[[float], float] | None = None,
     ) -> None:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
-        self.tolerances = tolerances
+        self.tolerances, self.axial = tolerances, axial
         self.stick_criterion = stick_criterion
         #: of a scheme that notices transitions late, at the ends of its steps
         self._late = None if stick_criterion is None or stick_criterion.located else stick_criterion
@@ -203,6 +215,8 @@ class ContactMachine:
             # a fixed step may leave it a little above the line
             following = self.free() if instant.gap > self.tolerances.gap else self.below()
             return Transition(following, EventKind.RELEASE, at_end=AtEnd.SLIDES_OFF)
+        if self.axial is not None:
+            return self._turn_axially(phase, guard, instant)
         if phase.state == State.STICK:
             return self._leave_stick(phase, guard, instant)
         if guard == SWITCHED:
@@ -240,7 +254,29 @@ class ContactMachine:
     def pressed(self, probe: ContactProbe) -> Phase:
         """Return the state in which a contact on a compliant stop begins."""
         opened = self.closed_phase._replace(residual=Residual(*map(float, probe.residual)))
+        if self.axial is not None:
+            return self._pressed_axially(opened, probe.instant)
         return self.closed(inclined(opened, probe.instant), opened)
+
+    def _pressed_axially(self, opened: Phase, instant: Instant) -> Phase:
+        """Return the state in which a contact on axial flexibility begins, where both its forces are zero.
+
+        It sticks if the tangential force grows more slowly than the friction cone.
+        """
+        assert self.axial is not None
+        opened = opened._replace(stick=opened.stick._replace(compliance=float(self.axial(instant.slip))))
+        stuck, direction = stick_at(opened, instant), _direction(instant.slip_rate)
+        edge = stuck._replace(friction=Branch(-direction * stuck.stick.static, 0.0, -inf, inf))
+        # one that is found pressed in has no tangential force yet, and begins well inside of its cone
+        slips = instant.gap >= -self.tolerances.gap and direction * slip_velocity(edge, instant) > 0.0
+        return self.slide(stuck, instant.slip_rate, direction) if slips else stuck
+
+    def _turn_axially(self, phase: Phase, guard: int, instant: Instant) -> Transition:
+        """Return what follows stick at the edge of the cone, and the end of slip: stick, from where it ends."""
+        if phase.state == State.STICK:
+            return Transition(self.slide(phase, 0.0, -1 if guard == LOWER else 1), EventKind.SLIP)
+        at = instant.slip + phase.stick.compliance * sliding_force(phase, instant).tangential
+        return Transition(stick_at(phase, instant._replace(slip=at)), EventKind.STICK)
 
     def _impulse(self, instant: Instant, restitution: float) -> Impulse:
         """Return the impulse of the impact law in plain numbers: a user-defined one may have others."""

@@ -58,7 +58,11 @@ class Ledger:
 
 
 def balance(
-    initial: float, parts: tuple[float, float, float, float], quadratures: Array, events: list[Event]
+    initial: float,
+    parts: tuple[float, float, float, float],
+    quadratures: Array,
+    events: list[Event],
+    stretched: float = 0.0,
 ) -> Ledger:
     """Return the energy balance of a run.
 
@@ -72,9 +76,13 @@ def balance(
         The integrals carried along with the motion, at the end.
     events : list of Event
         The event log.
+    stretched : float
+        Part of the contact energy (J) that the axial flexibility behind the friction holds; while it holds it, the
+        quadratures count it as taken by friction.
     """
     kinetic, elastic, gravity, contact = parts
     supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
+    friction -= stretched
     damping = float(quadratures[DAMPING_LOSS] + quadratures[STOP_LOSS])
     impact = sum(event.energy_loss for event in events if event.kind.impulsive)
     final = sum(parts)
@@ -198,7 +206,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
     energies = samples.kinetic, samples.elastic, samples.gravity
     kinetic, elastic, gravity = (float(values[-1]) for values in energies)
     initial = sum(float(values[0]) for values in energies)
-    parts = kinetic, elastic, gravity, record.stored
+    parts = kinetic, elastic, gravity, record.stored + record.stretched
     return {
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
@@ -207,7 +215,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
-        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events)),
+        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, record.stretched)),
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,

@@ -79,6 +79,8 @@ def finish_step(a: Attempt, h: float, solution: Solution) -> None:
 def _project_constraints(arrays: ContactArrays | None, a: Attempt, h: float, end: Instant) -> float:
     """Project the state onto the constraints of closed contacts, if there are any; the work done (J)."""
     phase, w, y_new = a.phase, a.scratch.work, a.scratch.y_new
+    if arrays is None and phase.stick.compliance != 0.0:
+        return 0.0
     if arrays is not None:
         return project_sticking(arrays, a.system, phase, a.t + h, w, y_new)
     if phase.state == STICKING or (phase.state != FREE and not phase.stop.compliant):

@@ -12,6 +12,7 @@ from typing import Any
 from oblique_impact.contact.forces import (
     NO_STICKING_SOLUTION,
     OK,
+    axial_force,
     drift_of,
     friction_ratio,
     stop_force,
@@ -22,6 +23,7 @@ from oblique_impact.contact.state import (
     A_NN,
     A_NT,
     A_TT,
+    COMPLIANCE,
     FREE,
     NORMAL_FORCE,
     SLIDING,
@@ -118,6 +120,8 @@ def _take_equations(
     if p.state == SLIDING:
         ratio = friction_ratio(p, c.slip_rate)
         viscous = -p.friction.slope * c.normal_force * velocity
+    elif p.stick.compliance != 0.0:
+        viscous = 0.5 * step.h * velocity / p.stick.compliance
     for column in range(last):
         j, which = int(arrays.unknowns[column, 0]), column % 2
         matrix[2 * k, column] = stiff * dot(arrays.directions[i, 0], arrays.responses[j, which])
@@ -130,6 +134,11 @@ def _take_equations(
         matrix[2 * k + 1, 2 * k] -= ratio
         matrix[2 * k + 1, 2 * k + 1] += 1.0
         matrix[2 * k + 1, last] = ratio * c.normal_force - c.tangential_force - viscous * tangential
+    elif p.stick.compliance != 0.0:
+        # the travel at the end of the step by the trapezoidal rule; its start is in `travel`
+        held = axial_force(p.stick, arrays.travel[i] + 0.5 * step.h * c.slip_rate)
+        matrix[2 * k + 1, 2 * k + 1] += 1.0
+        matrix[2 * k + 1, last] = held - c.tangential_force - viscous * tangential
     else:
         matrix[2 * k + 1, last] = -c.slip_rate - velocity * tangential
 
@@ -140,7 +149,7 @@ def project_sticking(arrays: ContactArrays, system: Any, phase: Phase, t: float,
     d, forces, done = w.vectors.forces.shape[0], w.vectors.forces, 0.0
     sticking = 0
     for i in range(arrays.rows.shape[0]):
-        if arrays.rows[i, STATE] == STICKING:
+        if arrays.rows[i, STATE] == STICKING and arrays.rows[i, COMPLIANCE] == 0.0:
             arrays.unknowns[sticking, 0] = i
             sticking += 1
     if sticking == 0:

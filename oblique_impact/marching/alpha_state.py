@@ -20,7 +20,14 @@ from oblique_impact.contact.state import ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace, copy
 from oblique_impact.marching.buffers import Scratch
-from oblique_impact.marching.equations import DAMPING_LOSS, OF_A_CONTACT, QUADRATURES, rates_into
+from oblique_impact.marching.equations import (
+    DAMPING_LOSS,
+    OF_A_CONTACT,
+    QUADRATURES,
+    TRAVEL,
+    rates_into,
+    take_travel,
+)
 
 
 class Coefficients(NamedTuple):
@@ -118,6 +125,16 @@ def algorithm_state(arrays: ContactArrays | None, y: Array, d: int) -> Algorithm
     )
 
 
+@jitable
+def begin_travel(arrays: ContactArrays | None, y: Array, d: int, h: float) -> None:
+    """Take the travel of several contacts at the start of a step of length h, with half of the rate there."""
+    if arrays is not None:
+        take_travel(arrays, y, d)
+        rates = algorithm_state(arrays, y, d).rates
+        for i in range(arrays.travel.shape[0]):
+            arrays.travel[i] += 0.5 * h * rates[QUADRATURES + OF_A_CONTACT * i + TRAVEL]
+
+
 class Iterations(NamedTuple):
     """Convergence of the iterations of a step, for each effective matrix."""
 
@@ -151,6 +168,7 @@ def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> 
     """Consistent accelerations and contact forces at the start of a phase into what y keeps."""
     d = w.vectors.forces.shape[0]
     qd, kept = y[d : 2 * d], algorithm_state(phase.arrays, y, d)
+    take_travel(phase.arrays, y, d)
     status, c = solve_contacts(phase.arrays, system, phase, t, y[:d], qd, w)
     if status != OK:
         return status, c

@@ -16,6 +16,7 @@ from oblique_impact.contact.forces import (
     NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
     OK,
+    axial_force,
     can_slide,
     conjugate,
     friction_ratio,
@@ -34,6 +35,7 @@ from oblique_impact.marching.alpha_state import (
     Attempt,
     StepLength,
     algorithm_state,
+    begin_travel,
     is_backward_euler,
     step_length,
 )
@@ -97,6 +99,8 @@ def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
     if phase.state != STICKING:
         wanted = friction_ratio(phase, c.slip_rate) * push
         tangential = abs(wanted - c.tangential_force) * c.a_tt * velocity
+    elif phase.stick.compliance != 0.0:
+        tangential = 0.0  # its law is linear: it holds as soon as the motion is known
     return float(max(normal, tangential))
 
 
@@ -128,6 +132,10 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
         viscous = phase.friction.slope * tilt * tilt * push * velocity
         t1, t2 = -ratio - viscous * c.a_nt, 1.0 - viscous * c.a_tt
         t3 = ratio * push - c.tangential_force + viscous * tangential
+    elif phase.stick.compliance != 0.0:
+        stiff = step.position / phase.stick.compliance
+        t1, t2 = stiff * c.a_nt, 1.0 + stiff * c.a_tt
+        t3 = axial_force(phase.stick, c.slip) - c.tangential_force - stiff * tangential
     else:
         t1, t2, t3 = velocity * c.a_nt, velocity * c.a_tt, -c.slip_rate - velocity * tangential
     determinant = n1 * t2 - n2 * t1
@@ -247,6 +255,7 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
     d, y_new, v, tolerance = w.vectors.forces.shape[0], s.y_new, w.vectors, a.c.tolerance
     residual, increment, arrays = v.residual, v.increment, phase.arrays
     step = step_length(a.c, h)
+    begin_travel(arrays, a.y, d, h)
     q, qd, qdd = y_new[:d], y_new[d : 2 * d], algorithm_state(arrays, y_new, d).acceleration
     _predict(a, h, unchanged)
     forces, end = algorithm_state(arrays, a.y, d).forces, NO_CONTACT

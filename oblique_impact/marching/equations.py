@@ -32,8 +32,9 @@ NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_L
 QUADRATURES = 7
 
 
-#: of each of several contacts, behind the quadratures of the run: impulses (N s), losses by friction and stop (J)
-OF_A_CONTACT = 4
+#: of each of several contacts, behind the quadratures of the run: impulses (N s), losses by friction and stop (J),
+#: and its travel (m) while it is closed
+OF_A_CONTACT, TRAVEL = 5, 4
 
 
 @jitable
@@ -108,6 +109,15 @@ def _rates_of_each(arrays: ContactArrays, phase: Phase, c: Instant, qd: Array, r
         rates[SUPPLIED] += boundary_power(p, at, qd, arrays.directions[i, 0], arrays.directions[i, 1])
         rates[own], rates[own + 1] = at.normal_force, at.tangential_force
         rates[own + 2], rates[own + 3] = friction, stop
+        rates[own + TRAVEL] = at.slip_rate
+
+
+@jitable
+def take_travel(arrays: ContactArrays | None, y: Array, d: int) -> None:
+    """Take the travel of several contacts from the state vector of d degrees of freedom."""
+    if arrays is not None:
+        for i in range(arrays.travel.shape[0]):
+            arrays.travel[i] = y[2 * d + QUADRATURES + OF_A_CONTACT * i + TRAVEL]
 
 
 @jitable
@@ -115,6 +125,7 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: 
     """Time derivative of y in `phase` into `dy`; returns the status and the solution of the contact problem."""
     d = w.vectors.forces.shape[0]
     q, qd = y[:d], y[d : 2 * d]
+    take_travel(phase.arrays, y, d)
     status, c = solve_contacts(phase.arrays, system, phase, t, q, qd, w)
     if status != 0:
         return status, c

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import OK, can_stick
+from oblique_impact.contact.forces import OK, can_stick, slip_velocity
 from oblique_impact.contact.several import coupled_instant, instant_at, phase_of
 from oblique_impact.contact.state import (
     END,
@@ -51,6 +51,8 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
         return NORMAL
     if c.slip < phase.surface.first or c.slip > phase.surface.last:
         return END
+    if phase.stick.compliance != 0.0:
+        return _axially_fallen(phase, c)
     sticks = phase.stick.static >= 0.0 and can_stick(phase, c, stopping_time)
     if phase.state != SLIDING:
         return NO_GUARD if sticks else SWITCHED
@@ -61,6 +63,17 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
     if c.slip_rate > phase.friction.upper + rounding:
         return UPPER
     return NO_GUARD
+
+
+@jitable
+def _axially_fallen(phase: Phase, c: Instant) -> int:
+    """Guard that fell of a closed contact with axial flexibility: its slip has turned, or it has left the cone."""
+    if phase.state == SLIDING:
+        direction = 1.0 if phase.friction.lower >= 0.0 else -1.0
+        return SWITCHED if direction * slip_velocity(phase, c) < 0.0 else NO_GUARD
+    if abs(c.tangential_force) <= phase.stick.static * c.normal_force:
+        return NO_GUARD
+    return LOWER if c.tangential_force > 0.0 else UPPER
 
 
 @jitable

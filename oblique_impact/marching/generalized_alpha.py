@@ -87,7 +87,7 @@ def _of_force(phase: Phase, guard: int) -> bool:
     own = contact_phase(phase.arrays, phase, guard // GUARDS)
     if guard % GUARDS == NORMAL:
         return own.state != FREE and not own.stop.compliant
-    return own.state == STICKING and guard % GUARDS in (LOWER, UPPER)
+    return own.state == STICKING and own.stick.compliance == 0.0 and guard % GUARDS in (LOWER, UPPER)
 
 
 @jitable
@@ -141,13 +141,15 @@ def _report_contact(a: Attempt, phase: Phase, i: int, h: float, end: Instant) ->
     span, last = h - lag + known[LAG], before.reported[d + k : d + k + 2]
     normal = _extrapolated(mean_n, float(last[0]), span, lag, known, found, 0)
     tangential = _extrapolated(mean_t, float(last[1]), span, lag, known, found, 1)
-    push = normal
+    push, held = normal, phase.state == STICKING and phase.stick.compliance == 0.0
     if phase.stop.compliant:
         push = stop_force(phase.stop, phase.residual, end.gap, end.gap_rate)  # its law to the last digit
-        mean_t = end.tangential_force if phase.state != STICKING else mean_t
+        mean_t = end.tangential_force if not held else mean_t
         mean_n = push + phase.residual.tilt * mean_t
     if phase.state != STICKING:
         tangential = friction_ratio(phase, end.slip_rate) * push
+    elif not held:
+        tangential = end.tangential_force
     if phase.stop.compliant:
         normal = push + phase.residual.tilt * tangential
     _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END, i)

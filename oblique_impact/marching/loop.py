@@ -133,7 +133,7 @@ class Run:
             self._return_to_last_sample()
         else:
             self._sample(self._phase)
-        record.stored = self._stored()
+        record.stored, record.stretched = self._stored(), self._stretched()
         self._close_contact()
         return record
 
@@ -151,6 +151,13 @@ class Run:
         return law.energy(
             float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.residual.compliance
         )
+
+    def _stretched(self) -> float:
+        """Energy (J) that the axial flexibility behind the friction holds now."""
+        if self._phase.state == State.FREE:
+            return 0.0
+        force = float(self.record.segments[-1].observation.column("tangential_force")[-1])
+        return 0.5 * self._phase.stick.compliance * force**2
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from oblique_impact.contact.axial import AxialFlexibility
 from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.contact.state import Residual
 from oblique_impact.contact.transitions import ContactMachine
@@ -29,6 +30,7 @@ class MultiContact(NamedTuple):
     #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
     heirs: Mapping[int, int] | None = None
     yielding: Yielding | None = None  # of places without inertia on a beam in modes
+    axial: AxialFlexibility | None = None  # behind the friction of each contact; None: the beam does not stretch
 
     def place(self, contact: int, slip: float) -> float:
         """Return the place (m along the beam) of a contact at its slip (m)."""

@@ -120,5 +120,6 @@ class Record:
     outcome: Outcome = Outcome.COMPLETED
     message: str = ""  # about the outcome, if not the outcome's own sentence
     stored: float = 0.0  # J, in an elastic stop at the end
+    stretched: float = 0.0  # J, in the axial flexibility behind the friction at the end
     steps: int = 0
     rejected: int = 0

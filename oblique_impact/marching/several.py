@@ -37,6 +37,7 @@ from oblique_impact.marching.equations import (
     STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
+    TRAVEL,
 )
 from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.probe import Probe
@@ -185,6 +186,7 @@ class MultiContactRun(Run):
             self._add_to(i, arrest.normal, arrest.tangential, arrest.energy_loss, 0.0)
         for i, how in change.passages:
             self._pass_end_of(i, leaving, how, before[i])
+        self._stick_axially(change, before)
         self._phase = machines.changed(leaving, change.phases)
         self._account_for_penetrations(leaving, change, before)
         after = MultiContactProbe(self) if impulses else probe
@@ -211,6 +213,14 @@ class MultiContactRun(Run):
         if change.failure is not None:
             raise RunEnded(change.failure)
 
+    def _stick_axially(self, change: Change, before: Mapping[int, Instant]) -> None:
+        """Let contacts that begin to stick on axial flexibility hold their travel, as rolling is no slip."""
+        for i, state in change.phases.items():
+            if state.stick.compliance != 0.0 and state.state == State.STICK:
+                travel = self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL]
+                held = state.stick.slip - before[i].slip + float(travel)
+                change.phases[i] = state._replace(stick=state.stick._replace(slip=held))
+
     def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         machine = self.contacts.machines.machines[contact]
@@ -225,7 +235,7 @@ class MultiContactRun(Run):
         """Add impulses (N s) and losses by friction and stop (J) to the quadratures, of the contact and of all."""
         added, own = np.array([normal, tangential, friction, stop]), QUADRATURES + OF_A_CONTACT * contact
         self._quadratures()[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] += added
-        self._y[2 * self.problem.q0.size + own :][:OF_A_CONTACT] += added
+        self._y[2 * self.problem.q0.size + own :][:TRAVEL] += added
 
     def _account_for_penetrations(self, leaving: Phase, change: Change, before: Mapping[int, Instant]) -> None:
         """Account for the energy of stops that are found or left compressed.
@@ -284,7 +294,7 @@ class MultiContactRun(Run):
 
     def _own_quadratures(self, contact: int) -> Array:
         """Return the quadratures of one contact alone, (7,)."""
-        own = self._y[2 * self.problem.q0.size + QUADRATURES :][OF_A_CONTACT * contact :][:OF_A_CONTACT]
+        own = self._y[2 * self.problem.q0.size + QUADRATURES :][OF_A_CONTACT * contact :][:TRAVEL]
         found = np.zeros(QUADRATURES)
         found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
         return found
@@ -296,6 +306,13 @@ class MultiContactRun(Run):
                 c = last.observation.contacts[-1, i]
                 stored += machine.contact_law.at(float(c[SLIP])).energy(float(c[GAP]))
         return stored
+
+    def _stretched(self) -> float:
+        last, stretched = self.record.segments[-1], 0.0
+        for i in range(len(self.contacts.machines.machines)):
+            compliance = self._state(self._phase, i).stick.compliance if last.each[i] != State.FREE else 0.0
+            stretched += 0.5 * compliance * float(last.observation.contacts[-1, i, TANGENTIAL_FORCE]) ** 2
+        return stretched
 
     def _relative_inertia(self) -> float:
         assert self._phase.arrays is not None

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.axial import AxialFlexibility
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import STATE, Phase, State
@@ -57,10 +58,11 @@ class SteppedRun(MultiContactRun):
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
         super().__init__(problem, on_progress)
         assert isinstance(problem.scheme, TimeSteppingScheme)
-        ends = np.ascontiguousarray(self._ends)
+        ends, size = np.ascontiguousarray(self._ends), problem.q0.size
         rigid = Yielding.new(np.zeros((0, 0)), 0.0, np.zeros(0), np.zeros(0))
         yielding = (self.contacts.yielding or rigid).at_rest()
-        self._steps = StepBuffers.new(ends, problem.q0.size, problem.scheme.mu_static > 0.0, yielding)
+        axial = self.contacts.axial or AxialFlexibility.none(ends.shape[1])
+        self._steps = StepBuffers.new(ends, size, problem.scheme.mu_static > 0.0, yielding, axial)
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
 
@@ -78,6 +80,9 @@ class SteppedRun(MultiContactRun):
     def _stored(self) -> float:
         of_contacts = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept]
         return float(of_contacts[HELD::OF_A_CONTACT].sum())
+
+    def _stretched(self) -> float:
+        return float(self._steps.stored[0])
 
     def _relative_inertia(self) -> float:
         """Impulses exist whatever the friction."""

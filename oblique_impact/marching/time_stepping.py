@@ -18,6 +18,13 @@ gap before, of the first order of the step.
 
 The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
 steps that close a contact, is lost in plastic impacts.
+
+With the axial flexibility of the beam in the tangential rows, a matrix F of the places, friction sees the velocity
+
+    s1 = C_tau v1 + F (P_tau/h - lambda_0)/h
+
+with the tangential forces lambda_0 = P_tau/h of the step before: a spring in series with Coulomb's slider (Jenkins
+1962), by backward Euler.  Friction takes -P_tau.s1, the springs hold lambda.F lambda/2, the rest is the scheme's.
 """
 
 from __future__ import annotations
@@ -28,6 +35,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.axial import AxialFlexibility, flexibility_at, shared_flexibility
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK
 from oblique_impact.contact.impulses import (
     BACKWARDS,
@@ -107,9 +115,13 @@ class StepBuffers(NamedTuple):
     yielding: Yielding  # of places without inertia on a beam in modes
     impulses: Array  # (2 n,) N s, of these
     problem: ImpulseProblem
+    axial: AxialFlexibility
+    flexibility: Array  # (n,) m/N, of each place with the sense of its tangent; 0: left out
+    tangential: Array  # (n,) N, tangential forces of the last step
+    stored: Array  # (1,) J, in the axial flexibility at its end
 
     @classmethod
-    def new(cls, ends: Array, size: int, rubs: bool, yielding: Yielding) -> StepBuffers:
+    def new(cls, ends: Array, size: int, rubs: bool, yielding: Yielding, axial: AxialFlexibility) -> StepBuffers:
         """Allocate the buffers of contacts with the given `ends` (2, n)."""
         n = ends.shape[1]
         return cls(
@@ -129,6 +141,10 @@ class StepBuffers(NamedTuple):
             yielding,
             np.zeros(2 * n),
             ImpulseProblem.new(n, rubs),
+            axial,
+            np.zeros(n),
+            np.zeros(n),
+            np.zeros(1),
         )
 
 
@@ -157,8 +173,21 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
         elif beyond and gap < 0.0:
             rows[i, SIDE] = -1.0
         b.gaps[i] = gap if rows[i, SIDE] > 0.0 and not beyond else np.inf
+        if stepper.flexible:
+            b.flexibility[i] = flexibility_at(b.axial, i, slip)
         nearest, fastest = min(nearest, b.gaps[i]), max(fastest, abs(b.places[i, GAP_RATE]))
     return nearest, fastest
+
+
+@jitable
+def _stretch_rate(stepper: TimeStepper, m: int, i: int, h: float) -> float:
+    """Rate (m/s) over a step at which the axial flexibility moves the material at contact i along its tangent."""
+    b, total = stepper.buffers, 0.0
+    for j in range(b.tangential.shape[0]):
+        total -= shared_flexibility(b.flexibility[i], b.flexibility[j]) * b.tangential[j]
+    for k in range(m):
+        total += shared_flexibility(b.flexibility[i], b.flexibility[b.closed[k]]) * b.impulses[2 * k + 1] / h
+    return total / h
 
 
 @jitable
@@ -181,6 +210,8 @@ def _take_contact(
     p.impulses[2 * m], p.impulses[2 * m + 1] = 0.0, 0.0
     if p.states[m] == OPEN:
         p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
+        if stepper.flexible:
+            p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
     for k in range(m + 1):
         j = b.closed[k]
         for a in range(2 if stepper.rubs else 1):
@@ -189,6 +220,8 @@ def _take_contact(
                 if yields:
                     across = b.yielding.across[i, a] * b.yielding.across[j, c]
                     entry += 2.0 / (memory(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
+                if stepper.flexible and a == c == 1:
+                    entry += shared_flexibility(b.flexibility[i], b.flexibility[j]) / (h * h)
                 p.delassus[2 * m + a, 2 * k + c] = entry
                 p.delassus[2 * k + c, 2 * m + a] = entry
 
@@ -219,6 +252,8 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         known = _known_rates(stepper, i, h)
         for a in range(directions):
             rate = dot(arrays.directions[i, a], v1)
+            if stepper.flexible and a == 1:
+                rate += _stretch_rate(stepper, m, i, h)
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
             p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
@@ -328,6 +363,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
     push_places(yielding, h, b.impulses, b.closed, m)
+    given = 0.0  # to the axial flexibility
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
@@ -340,11 +376,15 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             slipping += 2.0 / h * yielding.across[i, 1] * yielding.moved[i]
         if stepper.massless:
             slip_rate_after = 0.5 * slipping
+        friction, plastic = -0.5 * tangential * slipping, -0.5 * normal * closing
+        if stepper.flexible:
+            given, slip_rate_after = given + friction, slip_rate_after + _stretch_rate(stepper, m, i, h)
+            friction = -tangential * slip_rate_after
+            given -= friction
         if stepper.rubs and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
-        friction, plastic = -0.5 * tangential * slipping, -0.5 * normal * closing
         if not stepper.massless and (b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT):
             # of an impact that jams friction alone may give energy: only the sum is a loss
             plastic, friction = plastic + friction, 0.0
@@ -372,10 +412,32 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         after[STABILIZATION_LOSS] += scheme
         for i in range(n):
             after[QUADRATURES + OF_A_CONTACT * i + HELD] = 0.5 * yielding.pressed[i] * yielding.deflections[i]
+    if stepper.flexible:
+        _stretch(stepper, m, h, given, after)
     if stepper.massless:
         stepper.system.settle(s.at[d : 2 * d], v1)
     for j in range(d):
         after[tail + j] = (v1[j] - v0[j]) / h
+
+
+@jitable
+def _stretch(stepper: TimeStepper, m: int, h: float, given: float, quadratures: Array) -> None:
+    """Keep the tangential forces at the end of a step, and account for the energy `given` (J) to the flexibility.
+
+    What it holds counts as taken by friction until the end of a run.
+    """
+    b, stored = stepper.buffers, 0.0
+    for i in range(b.tangential.shape[0]):
+        b.tangential[i] = 0.0
+    for k in range(m):
+        b.tangential[b.closed[k]] = b.impulses[2 * k + 1] / h
+    for i in range(b.tangential.shape[0]):
+        for j in range(b.tangential.shape[0]):
+            shared = shared_flexibility(b.flexibility[i], b.flexibility[j])
+            stored += 0.5 * shared * b.tangential[i] * b.tangential[j]
+    quadratures[FRICTION_LOSS] += stored - b.stored[0]
+    quadratures[STABILIZATION_LOSS] += given - (stored - b.stored[0])
+    b.stored[0] = stored
 
 
 @jitable
@@ -428,6 +490,7 @@ class TimeStepper(NamedTuple):
     kinetic: float
     rubs: bool  # whether there is friction
     massless: bool  # whether places have no inertia
+    flexible: bool  # whether there is axial flexibility behind it
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Measure the gaps."""
@@ -522,4 +585,5 @@ class TimeSteppingScheme(Scheme):
             float(self.mu_kinetic),
             self.mu_static > 0.0,
             self.massless,
+            self.mu_static > 0.0 and prepared.own.axial.compliant,
         )

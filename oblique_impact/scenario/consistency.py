@@ -42,6 +42,8 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
     yield from _of_many_contacts(s) if s.contact.where == "anywhere" else _of_one_contact(s)
     if s.contact.point_inertia == "none":
         yield from _of_massless_point(s)
+    if s.contact.axial_flexibility:
+        yield from _of_axial_flexibility(s)
     if s.is_nodal:
         yield from _of_nodal_model(s)
     if s.is_absolute:
@@ -153,6 +155,26 @@ def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "solver.scheme", f'should be "event" or "generalized-alpha" {without}'
     if s.is_nodal and s.contact.point != s.beam.length and s.contact.where == "point":
         yield "contact.point", f"should be beam.length in the full nodal model {without}"
+
+
+def _of_axial_flexibility(s: Scenario) -> Iterator[tuple[str, str]]:
+    c, behind = s.contact, "with contact.axial_flexibility"
+    if s.is_absolute:
+        yield "contact.axial_flexibility", "the beam in absolute coordinates stretches itself; leave this key out"
+    if c.friction != "hybrid":
+        yield "contact.friction", f'should be "hybrid" {behind}'
+    if c.normal == "rigid" and s.solver.scheme != "time-stepping":
+        rigid = 'a rigid stop takes it with solver.scheme = "time-stepping"'
+        yield "contact.normal", f'should be "spring" {behind}; {rigid}'
+    if c.point_inertia == "none":
+        yield "contact.point_inertia", f'should be "kept" {behind}'
+    if c.damping > 0.0:
+        yield "contact.damping", f"should be 0 {behind}"
+    relaxes = c.where == "point" and c.residual_flexibility and not s.is_nodal
+    if relaxes and c.normal == "spring" and s.beam.kelvin_voigt > 0.0:
+        yield "contact.residual_flexibility", f"should be false {behind} and beam.kelvin_voigt"
+    if s.solver.scheme == "fixed-step" and s.solver.stick != "arrest":
+        yield "solver.stick", f'should be "arrest" {behind}'
 
 
 def _of_nodal_model(s: Scenario) -> Iterator[tuple[str, str]]:

@@ -259,6 +259,11 @@ class ContactSection(Section):
         True, "whether gap and slip include the foreshortening of the beam up to the contact point"
     )
     friction: Literal["frictionless", "hybrid", "modified-coulomb"] = key("hybrid", "the tangential law")
+    axial_flexibility: bool = key(
+        False,
+        "whether the static axial flexibility x/(E A) of the beam between its root and the place of contact "
+        "stands, without mass, behind the friction there: a contact that sticks is then elastic along the beam",
+    )
     mu_static: NonNegative = key(0.3, "static coefficient of friction")
     mu_kinetic: NonNegative = key(0.3, "kinetic coefficient of friction")
     regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("m/s")] = key(

@@ -14,6 +14,7 @@ MESH = f"{FEM} discretization.nodes=[0,0.5,1]"
 DRIVEN = "root.kind=driven"
 HUB = "root.kind=hub root.hub_radius=0.1"
 MASSLESS = "contact.point_inertia=none"
+FLEXIBLE = "contact.axial_flexibility=true contact.normal=spring"
 ABSOLUTE = "discretization.method=absolute contact.normal=spring"
 SHAPED = "beam.section.shape"
 ANYWHERE = "contact.where=anywhere"
@@ -58,6 +59,16 @@ REFUSED = [
     ("beam.second_moment", "beam.second_moment=[[0,1e-8],[1,2e-8]]", "uniform beams only"),
     ("beam.tip_mass", "beam.tip_mass=0.1", "uniform beams only"),
     ("slope.extent", "slope.extent=[1,0]", "first less than last"),
+    ("contact.axial_flexibility", f"{FLEXIBLE} {ABSOLUTE}", "stretches itself"),
+    ("contact.friction", f"{FLEXIBLE} contact.friction=modified-coulomb", 'should be "hybrid"'),
+    (
+        "contact.normal",
+        "contact.axial_flexibility=true",
+        'a rigid stop takes it with solver.scheme = "time-stepping"',
+    ),
+    ("contact.damping", f"{FLEXIBLE} contact.damping=0.1", "should be 0"),
+    ("contact.residual_flexibility", f"{FLEXIBLE} beam.kelvin_voigt=1e-5", "should be false"),
+    ("solver.stick", f"{FLEXIBLE} solver.scheme=fixed-step solver.stick=force", 'should be "arrest"'),
     ("contact.restitution", "contact.normal=spring contact.restitution=0.5", "a spring has contact.damping"),
     ("contact.impact", "contact.normal=spring contact.impact=routh", 'only with contact.normal = "rigid"'),
     ("contact.point", "contact.point=1.5", "at most beam.length = 1.0"),

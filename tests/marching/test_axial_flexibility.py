@@ -1,0 +1,80 @@
+"""Axial flexibility behind the friction of a beam: its law on what a history holds, schemes against each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oblique_impact import History
+from tests.marching.test_several import run
+
+PEG = ({"kind": "point", "origin": [0.5, 0.0]},)
+FLEXIBLE = ("contact.axial_flexibility=true", "discretization.frame=mean-axis", "discretization.modes=4")
+BOTH = ({"kind": "point", "origin": [0.4, -0.02]}, {"kind": "point", "origin": [0.7, -0.035]})
+ELASTIC = (*FLEXIBLE, "contact.normal=spring", "end_time=0.374", "solver.output_interval=2e-6")
+STEPS = (*FLEXIBLE, "contact.where=anywhere", "solver.scheme=time-stepping", "end_time=0.3815")
+STRETCH = 1.0 / (68.952e9 * 3.14e-4)  # 1/N, of the paper's beam
+
+
+def defects(history: History) -> tuple[float, float, float]:
+    """Largest errors of stick, a displacement (m) of the material, and of slip, a force (N); largest stretch (m).
+
+    The displacement of the material is its travel, by the slip velocity between the samples, and what the forces
+    of all contacts stretch the beam; the two ends of a step weigh what is held.
+    """
+    time, state = history["time"].values, history["contact_state"].values
+    force, rate = history["contact_lambda_tau"].values, history["contact_slip_rate"].values
+    place, push = history["contact_place"].values, history["contact_lambda_n"].values
+    step = np.diff(time)[:, None]
+    held, slid = 0.0, float(np.max(np.abs(np.abs(force) - 0.3 * push)[state == 1], initial=0.0))
+    for i in range(state.shape[1]):
+        shared = np.minimum(place[:-1, i, None], place[:-1]) * STRETCH
+        moved = np.sum(shared * np.diff(force, axis=0), axis=1)
+        for mean in (0.5 * (rate[1:, i] + rate[:-1, i]), rate[1:, i]):
+            total = mean * step[:, 0] + moved
+            stuck = (state[1:, i] == 2) & (state[:-1, i] == 2)
+            errors = np.where(stuck, total, 0.0)
+            sums = [abs(part.sum()) for part in np.split(errors, np.flatnonzero(np.diff(stuck)) + 1)]
+            held = max(held, max(sums)) if held == 0.0 else min(held, max(sums))
+    return held, slid, float(np.max(np.abs(force) * place * STRETCH))
+
+
+@pytest.fixture(scope="module")
+def located() -> History:
+    """The beam on one elastic peg by the event scheme."""
+    return run(*ELASTIC, obstacles=PEG)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "step", "late", "unaccounted"),
+    [("event", 1e-6, 1e-9, 1e-12), ("fixed-step", 1e-6, 1e-5, 3e-8), ("generalized-alpha", 2e-6, 1e-7, 1e-8)],
+)
+def test_a_contact_that_sticks_is_a_spring_of_the_stiffness_of_the_beam(scheme, step, late, unaccounted, located):
+    """It sticks at first, slips at the edge of its cone, sticks again: by every scheme at the same times."""
+    keys = (*ELASTIC, f"solver.scheme={scheme}", f"solver.contact_step={step}", "solver.free_step=1e-5")
+    found = run(*keys, obstacles=PEG)
+    held, slid, stretched = defects(found)
+    assert held < 2e-5 * stretched
+    assert slid < 1e-9
+    assert [e.kind.value for e in found.events] == ["impact", "slip", "stick", "slip", "release"]
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in located.events], abs=late)
+    assert abs(found.summary["energy"]["unaccounted"]) < unaccounted
+
+
+@pytest.mark.parametrize("pegs", [PEG, BOTH], ids=["one", "two"])
+def test_contacts_stick_in_time_stepping_too(pegs):
+    """What two forces stretch between root and the nearer one they share.  The error falls with the step."""
+    errors, losses = [], []
+    for step in (2e-6, 1e-6):
+        keys = f"solver.contact_step={step}", f"solver.output_interval={step}"
+        found = run(*STEPS, *keys, obstacles=pegs)
+        held, slid, stretched = defects(found)
+        assert slid < 1e-9
+        assert (found["contact_state"].values == 2).all(axis=1).any()
+        errors.append(held / stretched)
+        energy = found.summary["energy"]
+        assert abs(energy["unaccounted"]) < 1e-7
+        losses.append(abs(energy["lost_scheme"]))
+    assert errors[1] < 5e-3
+    assert errors[0] / errors[1] > 1.5
+    assert losses[0] / losses[1] == pytest.approx(2.0, rel=0.2)
