@@ -26,8 +26,8 @@ print(f"{collision['contacts']} contacts within {1e3 * (collision['end'] - colli
 print(history.contact_table[["start", "end", "last_place", "normal_impulse"]].head(8).to_string())
 
 # %%
-# Where it touches over time. Each of the 64 places that can touch is a bar while it is closed, in the colour of its
-# force; what sticks would be hatched.
+# Where it touches over time. Each of the 64 places that can touch is a bar while it is closed, in the colour of
+# its force; what sticks would be hatched.
 
 with figure_style():
     figure = Figure(figsize=(7.2, 3.0), layout="constrained")
