@@ -13,7 +13,8 @@ from oblique_impact.renders import Style, render
 
 scenario = Scenario.builtin("edge")
 angle = 0.1  # rad, with the speed of a fall from 45 degrees
-speed = np.sqrt(3.0 * scenario.gravity / scenario.beam.length * (np.sin(scenario.initial.angle) - np.sin(angle)))
+drop = scenario.beam.length * (np.sin(scenario.initial.angle) - np.sin(angle))  # m
+speed = np.sqrt(3.0 * scenario.gravity * drop) / scenario.beam.length  # rad/s
 fall = {"initial__angle": angle, "initial__angular_velocity": -speed, "end_time": 0.045}
 history = simulate(scenario.replace(solver__output_interval=2e-5, **fall))
 slap = simulate(Scenario.builtin("slap").replace(**fall))

@@ -16,7 +16,8 @@ from oblique_impact.renders.style import figure_style
 
 scenario = Scenario.builtin("slap")
 angle = 0.1  # rad
-speed = np.sqrt(3.0 * scenario.gravity / scenario.beam.length * (np.sin(scenario.initial.angle) - np.sin(angle)))
+drop = scenario.beam.length * (np.sin(scenario.initial.angle) - np.sin(angle))  # m
+speed = np.sqrt(3.0 * scenario.gravity * drop) / scenario.beam.length  # rad/s
 scenario = scenario.replace(
     initial__angle=angle, initial__angular_velocity=-speed, end_time=0.045, solver__output_interval=2e-5
 )

@@ -192,7 +192,7 @@ class Composer:
             words[f"rate {number}"] = ("" if rate is None else rate_text(rate), theme.dim)
         geometry = self.story.geometries[0]
         k = geometry.index(time)
-        force = float(np.linalg.norm(geometry.pushes(k), axis=1)[geometry.main_contact])
+        force = float(np.linalg.norm(geometry.pushes(k), axis=1)[geometry.close_contact(k)])
         words["force"] = (f"{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
         gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
         # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility

@@ -187,8 +187,8 @@ class BeamGeometry:
         return np.array([self.value("tip_x", k), self.value("tip_y", k)])
 
     def contact_place(self, k: float) -> Array:
-        """Return where the beam touches the drawn slope (3,); of several contacts that of the largest force."""
-        return np.append(self.contact_places(k)[self.main_contact], 0.0)
+        """Return where the beam touches the drawn slope (3,); of several contacts that of `close_contact`."""
+        return np.append(self.contact_places(k)[self.close_contact(k)], 0.0)
 
     def contact_places(self, k: float) -> Array:
         """Return where the beam's face touches the drawn obstacles, or would, (contacts, 2)."""
@@ -217,6 +217,31 @@ class BeamGeometry:
         if not self.anywhere:
             return 0
         return int(np.argmax(np.nansum(np.abs(self.values("contact_lambda_n")), axis=0)))
+
+    def close_contact(self, k: float) -> int:
+        """Return the number of the contact that is shown from close by at sample k.
+
+        It is the main one.  Where the beam can touch its obstacle at several places, it is one of those that are
+        closed until that opens, then the one that pushes most; in flight the last one.
+        """
+        return int(self._close_contacts[int(k)])
+
+    @cached_property
+    def _close_contacts(self) -> Integers:
+        shown = np.full(self.times.size, self.main_contact)
+        obstacles = self.values("contact_obstacle") if self.anywhere else np.zeros(1)
+        own = obstacles == obstacles[self.main_contact]
+        if np.count_nonzero(own) == 1:
+            return shown
+        closed = (self.values("contact_state") != State.FREE) & own
+        strongest = np.where(closed, np.nan_to_num(self.values("contact_lambda_n")), -1.0).argmax(axis=1)
+        touching = closed.any(axis=1)
+        now = int(strongest[touching.argmax()]) if touching.any() else self.main_contact
+        for k in range(self.times.size):
+            if touching[k] and not closed[k, now]:
+                now = int(strongest[k])
+            shown[k] = now
+        return shown
 
     def pushes(self, k: float) -> Array:
         """Return the force of each contact on the beam in the inertial frame (N), (contacts, 2)."""

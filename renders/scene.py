@@ -207,7 +207,7 @@ class View:
         if self.close:
             geometry = self.beams[0].geometry
             k = geometry.index(time)
-            normal = geometry.contact_normals(k)[geometry.main_contact]
+            normal = geometry.contact_normals(k)[geometry.close_contact(k)]
             self.look_at(geometry.contact_place(k) - np.append(0.5 * geometry.touch_radius * normal, 0.0))
 
 

@@ -103,6 +103,7 @@ def content_of(story: Story) -> Content:
         "offset": faces - axis_places,
         "arrow": arrow,
         "zone": zones[:, :, :2],
+        "close": np.array([geometry.close_contact(k) for k in samples]),
         "trace": np.searchsorted(path, path - _TRACE * length),
         "rate": rate,
         **_colours(geometry, samples, scales),
@@ -122,7 +123,6 @@ def content_of(story: Story) -> Content:
             for o in story.obstacles
         ],
         "contacts": arrow.shape[1],
-        "main": geometry.main_contact,
         "zone_sides": np.sign(zones[:, :, 2].sum(axis=0)).tolist(),
         "touch_radius": geometry.touch_radius,
         "on_axis": scenario.contact_fibre == 0.0,
@@ -278,7 +278,7 @@ def _inset(geometry: BeamGeometry) -> dict[str, Any]:
     enabled = geometry.scenario.contact.enabled
     return {
         "span": max(11.0 * geometry.touch_radius, 0.05 * geometry.scenario.beam.length),
-        "home": _places(geometry, np.array([k]))[0][0, geometry.main_contact].tolist() if enabled else None,
+        "home": _places(geometry, np.array([k]))[0][0, geometry.close_contact(k)].tolist() if enabled else None,
     }
 
 

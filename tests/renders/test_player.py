@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+from io import BytesIO
 from typing import get_args
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from oblique_impact.contact.state import State
 from oblique_impact.renders.outlines import SIDES
@@ -205,6 +207,33 @@ def test_zoom_factor_colour_and_theme_are_chosen(page, files):
     before = page.evaluate(background)
     page.locator("#theme").click()
     assert page.evaluate(background) != before
+
+
+def test_a_band_lies_on_the_beam_and_places_of_contact_have_a_chart(page, files, run):
+    page.set_viewport_size({"width": 1920, "height": 1000})
+    show(page, files("slap"))
+
+    def longest_orange() -> int:
+        """Pixels of the longest row in the colour of slip: marks and arrows are narrow."""
+        with Image.open(BytesIO(page.locator("#scene").screenshot())) as picture:
+            pixels = np.asarray(picture.convert("RGB")).astype(int)
+        rows = np.abs(pixels - (0xD9, 0x58, 0x0D)).max(axis=2) < 30
+        ends = np.flatnonzero(np.diff(np.pad(rows, ((0, 0), (1, 1))).ravel().astype(int)))
+        return int((ends[1::2] - ends[::2]).max(initial=0))
+
+    seek(page, 0.375)  # the tip alone
+    assert longest_orange() < 15
+    seek(page, 0.3773)
+    assert longest_orange() > 20
+    assert not page.locator("#places").is_visible()
+    page.get_by_text("Places", exact=True).click()
+    assert page.locator("#places svg path").count() > 20
+    assert page.locator("#places").is_visible()
+    assert not page.locator("#force").is_visible()
+    history = run("slap")
+    at = history.data.sel(time=now(page), method="nearest")
+    places = at["contact_place"].values[at["contact_state"].values != State.FREE]
+    assert numbers(page, "#places-legend")[:2] == pytest.approx([places.min(), places.max()], abs=5e-4)
 
 
 def test_events_and_contacts_are_listed_with_their_numbers(page, files, run):

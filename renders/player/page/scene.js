@@ -75,10 +75,12 @@ function sceneView() {
   return { scale, whole, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick };
 }
 
-/** The place of the main contact; the view follows it only where it would leave the middle of the picture. */
+const closeContact = () => run.close[Math.floor(show.place)];
+
+/** The place of the contact that is shown; the view follows it only where it would leave the middle of the picture. */
 function insetView() {
   const [width, height] = sizeOf(inset), { span, home } = facts.inset, scale = Math.min(width, height) / span;
-  const [x, y] = ofContact(run.place, show.place, facts.main).map((v, n) => v + clamp((home?.[n] ?? v) - v, -0.22 * span, 0.22 * span));
+  const [x, y] = ofContact(run.place, show.place, closeContact()).map((v, n) => v + clamp((home?.[n] ?? v) - v, -0.22 * span, 0.22 * span));
   return { scale, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick: 1 };
 }
 
@@ -107,8 +109,8 @@ function drawInset() {
   drawTrace(c, view);
   drawBeam(c, view, axisAt(show.place, 1));
   drawZones(c, view, axisAt(show.place, 1));
-  const axis = ofContact(run.place, show.place, facts.main);
-  circle(c, facts.on_axis ? toPixels(view, axis) : touchPlace(view, facts.main), 2.4, colour.edge);
+  const close = closeContact(), axis = ofContact(run.place, show.place, close);
+  circle(c, facts.on_axis ? toPixels(view, axis) : touchPlace(view, close), 2.4, colour.edge);
   drawForces(c, view, 0.36 * Math.min(...sizeOf(inset)));
   drawScaleBar(c, view, inset);
 }
