@@ -169,11 +169,14 @@ def is_stiff(s: Scenario) -> bool:
 
 
 def elastic_stops(s: Scenario) -> list[tuple[float, float]]:
-    """Return the stiffness (N/m) of each stop, and the place (m) where the undeformed beam can meet it."""
+    """Return the stiffness (N/m) of each stop, and the place (m) where the undeformed beam can meet it.
+
+    A bedding counts as if all of it under the beam were at each place.
+    """
     if s.contact.where == "point":
         return [(s.contact.stiffness, s.contact.point)]
     found = [
-        (side.bedding * sum(s.cell_on(side, x)) if side.bedding else side.stiffness, x)
+        (side.bedding * s.beam.length if side.bedding else side.stiffness, x)
         for side in s.sides
         for x in s.beam_points
     ]

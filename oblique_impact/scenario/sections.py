@@ -208,8 +208,8 @@ class ObstacleSection(Section):
         for name, kind in owners.items():
             if getattr(self, name) and self.kind != kind:
                 yield name, f'only with kind = "{kind}" (it is "{self.kind}")'
-        if self.bedding > 0.0 and "stiffness" in self.model_fields_set:
-            yield "stiffness", f"bedding = {self.bedding:g} N/m^2 stands in its place; leave one of them out"
+        if self.bedding > 0.0 and self.stiffness != type(self).model_fields["stiffness"].default:
+            yield "stiffness", f"bedding = {self.bedding:g} N/m^2 stands in its place; leave this key out"
 
 
 class ContactSection(Section):

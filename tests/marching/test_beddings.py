@@ -116,6 +116,22 @@ def test_friction_acts_at_each_place_with_its_share_of_the_force():
     np.testing.assert_allclose(normal, 1e5 * cells * np.maximum(-gap, 0.0), rtol=1e-9, atol=1e-12)
 
 
+def test_a_file_keeps_a_bedding_and_takes_no_stiffness_beside_it():
+    given = Scenario.builtin(
+        "paper", [*COMMON, "obstacles=[{kind='side', origin=[0.0, -0.1], bedding='0.2 N/mm^2'}]"]
+    )
+    assert given.obstacles[0].bedding == pytest.approx(2e5)
+    assert Scenario.from_toml(given.to_toml()) == given
+    with pytest.raises(
+        InputError, match=r"obstacles\.1\.stiffness = 2\.0: bedding = 200000 N/m\^2 stands in its place"
+    ):
+        given.replace(obstacles__1__stiffness=2.0)
+    with pytest.raises(InputError, match=r"obstacles\.1\.bedding = .*: only with contact\.normal"):
+        given.replace(contact__normal="rigid")
+    with pytest.raises(InputError, match=r"obstacles\.1\.bedding = .*: only with kind = \"side\""):
+        given.replace(obstacles__1__kind="point")
+
+
 def test_an_end_of_a_bed_is_no_corner_and_no_place_starts_below_it():
     side = "{kind='side', origin=[0.5, %s], extent=[0.0, 0.3], bedding=1e5}"
     keys = [*COMMON, "contact.grid=8"]

@@ -30,8 +30,8 @@ ROUNDING = 1e-13
 #: modules in the order of the report
 _MODULES = (
     *("equations", "frequencies", "spinning", "spin_up", "statics", "rigid_limit", "small_systems", "kinematics"),
-    *("springs", "pegs", "rigid_impact", "rods", "damped_stop", "balances", "discretizations", "kinetics"),
-    *("frames", "orders", "exact_geometry", "absolute"),
+    *("springs", "pegs", "beddings", "rigid_impact", "rods", "damped_stop", "balances", "discretizations"),
+    *("kinetics", "frames", "orders", "exact_geometry", "absolute"),
 )
 
 
