@@ -35,8 +35,11 @@ class AxialFlexibility(NamedTuple):
         return bool(self.along[1, -1] > 0.0)
 
     def of(self, contact: int) -> Callable[[float], float]:
-        """Return the flexibility (m/N) behind the friction of a contact alone, as a function of its slip (m)."""
-        return lambda slip: abs(flexibility_at(self, contact, slip))
+        """Return the flexibility (m/N) behind the friction of a contact as a function of its slip (m).
+
+        Its sign is the sense of the tangent.
+        """
+        return lambda slip: flexibility_at(self, contact, slip)
 
     @classmethod
     def none(cls, contacts: int) -> AxialFlexibility:

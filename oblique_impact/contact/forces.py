@@ -201,19 +201,22 @@ def drift_of(stick: Stick, c: Instant) -> float:
 @inlined
 def axial_force(stick: Stick, slip: float) -> float:
     """Tangential force (N) of a contact that sticks on the axial flexibility, at its slip (m)."""
-    return (stick.slip - slip) / stick.compliance
+    return (stick.slip - slip) / abs(stick.compliance)
+
+
+@inlined
+def friction_rate(phase: Phase, c: Instant) -> float:
+    """Rate of the friction (N/s) of a contact that slides on an elastic stop without damping."""
+    in_series = 1.0 / phase.stop.stiffness + phase.residual.compliance
+    return -phase.friction.intercept * c.gap_rate / in_series
 
 
 @inlined
 def slip_velocity(phase: Phase, c: Instant) -> float:
-    """Velocity (m/s) that friction sees while a contact slides, that of the stretching axis included.
-
-    On an elastic stop without damping lambda_tau' = r lambda_n' follows from the rate of the gap.
-    """
+    """Velocity (m/s) that friction sees while a contact slides, as its force stretches the axis."""
     if phase.stick.compliance == 0.0:
         return c.slip_rate
-    in_series = 1.0 / phase.stop.stiffness + phase.residual.compliance
-    return c.slip_rate - phase.stick.compliance * phase.friction.intercept * c.gap_rate / in_series
+    return c.slip_rate + abs(phase.stick.compliance) * friction_rate(phase, c)
 
 
 @jitable
@@ -384,8 +387,11 @@ def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: W
 
 
 @jitable
-def guards_of(phase: Phase, c: Instant) -> Guards:
-    """Guards of the state at an instant with its forces; 1 where a state has none."""
+def guards_of(phase: Phase, c: Instant, yielding: float = 0.0) -> Guards:
+    """Guards of the state at an instant with its forces; 1 where a state has none.
+
+    The axial flexibility yields with a velocity (m/s) to the forces of other contacts.
+    """
     if phase.state == FREE:
         return Guards(phase.surface.side * c.gap if phase.surface.enabled else 1.0, 1.0, 1.0, 1.0, 1.0)
     end = 1.0
@@ -397,7 +403,7 @@ def guards_of(phase: Phase, c: Instant) -> Guards:
         )
     normal = -c.gap if phase.stop.compliant else c.normal_force
     if phase.state == SLIDING:
-        rate = slip_velocity(phase, c)
+        rate = slip_velocity(phase, c) + yielding
         definite = 1.0  # of a compliant stop it is decided as the slip begins
         if not phase.stop.compliant:
             definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - NEARLY_PAINLEVE

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.contact.axial import shared_flexibility
 from oblique_impact.contact.forces import (
     MASS_NOT_POSITIVE,
     NEARLY_PAINLEVE,
@@ -20,9 +21,9 @@ from oblique_impact.contact.forces import (
     OK,
     SINGULAR,
     accelerate,
-    axial_force,
     drift_of,
     flying,
+    friction_rate,
     friction_ratio,
     guards_of,
     instant_of,
@@ -68,6 +69,7 @@ from oblique_impact.contact.state import (
     Stop,
     Surface,
 )
+from oblique_impact.kernels.dense import eliminate
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
 
@@ -176,6 +178,8 @@ def _accelerate_coupled(
     acceleration = v.acceleration
     copy(v.free_acceleration, acceleration)
     _push_stops(arrays, phase, acceleration)
+    if not _hold_axially(arrays, acceleration):
+        return NO_STICKING_SOLUTION, flying(e)
     status = _solve_constraints(arrays, phase, acceleration)
     if status != OK:
         return status, flying(e)
@@ -241,7 +245,7 @@ def take_contacts(
 
 @jitable
 def _push_stops(arrays: ContactArrays, phase: Phase, acceleration: Array) -> None:
-    """Add the known forces of compliant stops, with their friction if that is known too, to the acceleration."""
+    """Add the known forces of compliant stops, with the friction of those that slide, to the acceleration."""
     if not phase.stop.compliant:
         return
     for i in range(arrays.rows.shape[0]):
@@ -251,11 +255,103 @@ def _push_stops(arrays: ContactArrays, phase: Phase, acceleration: Array) -> Non
         c = instant_at(arrays, i)
         push = stop_force(p.stop, p.residual, c.gap, c.gap_rate)
         drag = friction_ratio(p, c.slip_rate) * push if p.state == SLIDING else 0.0
-        if p.state == STICKING and p.stick.compliance != 0.0:
-            drag = axial_force(p.stick, arrays.travel[i])
         arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = push, drag
         for j in range(acceleration.shape[0]):
             acceleration[j] += arrays.responses[i, 0, j] * push + arrays.responses[i, 1, j] * drag
+
+
+@jitable
+def axially_held(arrays: ContactArrays) -> int:
+    """Collect the contacts that stick on the axial flexibility among the unknowns; returns their number."""
+    m = 0
+    for i in range(arrays.rows.shape[0]):
+        if arrays.rows[i, STATE] == STICKING and arrays.rows[i, COMPLIANCE] != 0.0:
+            arrays.unknowns[m, 0] = i
+            m += 1
+    return m
+
+
+@jitable
+def _stretch(arrays: ContactArrays, m: int) -> bool:
+    """Solve for m forces that give displacements along the axis, in column m of the matrix, or for their rates."""
+    for k in range(m):
+        own = arrays.rows[int(arrays.unknowns[k, 0]), COMPLIANCE]
+        for column in range(m):
+            other = arrays.rows[int(arrays.unknowns[column, 0]), COMPLIANCE]
+            arrays.matrix[k, column] = shared_flexibility(own, other)
+    return eliminate(arrays.matrix, m)
+
+
+@jitable
+def _hold_axially(arrays: ContactArrays, acceleration: Array) -> bool:
+    """Add the forces of contacts that stick on the axial flexibility; False if they are not determined."""
+    m = axially_held(arrays)
+    if m == 0:
+        return True
+    for k in range(m):
+        i = int(arrays.unknowns[k, 0])
+        moved = arrays.rows[i, KEPT_SLIP] - arrays.travel[i]
+        for j in range(arrays.rows.shape[0]):
+            shared = shared_flexibility(arrays.rows[i, COMPLIANCE], arrays.rows[j, COMPLIANCE])
+            moved -= shared * arrays.instants[j, TANGENTIAL_FORCE]  # 0 of those that stick
+        arrays.matrix[k, m] = moved
+    if not _stretch(arrays, m):
+        return False
+    for k in range(m):
+        i, force = int(arrays.unknowns[k, 0]), arrays.matrix[k, m]
+        arrays.instants[i, TANGENTIAL_FORCE] = force
+        for j in range(acceleration.shape[0]):
+            acceleration[j] += arrays.responses[i, 1, j] * force
+    return True
+
+
+@jitable
+def _yielding_to_sliding(arrays: ContactArrays, phase: Phase, i: int) -> float:
+    """Rate (m/s) at which the axial flexibility yields at contact i to the friction of others that slide."""
+    rate = 0.0
+    for j in range(arrays.rows.shape[0]):
+        if j != i and arrays.rows[j, STATE] == SLIDING:
+            shared = shared_flexibility(arrays.rows[i, COMPLIANCE], arrays.rows[j, COMPLIANCE])
+            rate += shared * friction_rate(phase_of(phase, arrays, j), instant_at(arrays, j))
+    return rate
+
+
+@inlined
+def yielding_at(arrays: ContactArrays | None, i: int) -> float:
+    """Rate (m/s) at which the axial flexibility yields at contact i to the forces of others, 0 of a single one."""
+    if arrays is None:
+        return 0.0
+    return float(arrays.yielding[i])
+
+
+@jitable
+def take_yielding(arrays: ContactArrays | None, phase: Phase) -> None:
+    """Take the rates at which the axial flexibility yields at each contact to the forces of the others."""
+    if arrays is not None:
+        _take_yielding(arrays, phase)
+
+
+@jitable
+def _take_yielding(arrays: ContactArrays, phase: Phase) -> None:
+    n, closed = arrays.rows.shape[0], 0
+    for i in range(n):
+        arrays.yielding[i] = 0.0
+        if arrays.rows[i, STATE] != FREE and arrays.rows[i, COMPLIANCE] != 0.0:
+            closed += 1
+    if closed < 2:
+        return
+    m = axially_held(arrays)
+    for k in range(m):
+        i = int(arrays.unknowns[k, 0])
+        arrays.matrix[k, m] = -(arrays.instants[i, SLIP_RATE] + _yielding_to_sliding(arrays, phase, i))
+    if not _stretch(arrays, m):
+        return
+    for i in range(n):
+        if arrays.rows[i, STATE] == SLIDING:
+            arrays.yielding[i] = _yielding_to_sliding(arrays, phase, i)
+            for k in range(m):
+                other = arrays.rows[int(arrays.unknowns[k, 0]), COMPLIANCE]
+                arrays.yielding[i] += shared_flexibility(arrays.rows[i, COMPLIANCE], other) * arrays.matrix[k, m]
 
 
 @jitable
@@ -356,9 +452,10 @@ def guards_into(arrays: ContactArrays | None, phase: Phase, c: Instant, values: 
 @jitable
 def _guards_of_each(arrays: ContactArrays, phase: Phase, values: Array) -> None:
     n = arrays.rows.shape[0]
+    take_yielding(arrays, phase)
     for i in range(n):
         p, c = phase_of(phase, arrays, i), instant_at(arrays, i)
-        guards = guards_of(p, c)
+        guards = guards_of(p, c, arrays.yielding[i])
         for k in range(GUARDS):
             values[GUARDS * i + k] = guards[k]
         if p.state == SLIDING and not p.stop.compliant:

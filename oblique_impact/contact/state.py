@@ -53,7 +53,8 @@ class Stick(NamedTuple):
     static: float = -1.0  # negative: a law without a stick state
     slip: float = 0.0  # m
     held: float = 1.0  # 0.0 of a point that rolls
-    compliance: float = 0.0  # m/N, the axial flexibility; 0: the beam does not stretch
+    #: m/N, the axial flexibility; 0: the beam does not stretch.  Its sign is that of `AxialFlexibility.senses`
+    compliance: float = 0.0
 
 
 class Baumgarte(NamedTuple):
@@ -107,12 +108,13 @@ class ContactArrays(NamedTuple):
     matrix: Array  # (2 n, 2 n + 1) equations of the unknown forces with their right side
     unknowns: Array  # (2 n, 2) contact and direction, 0 normal or 1 tangential, of each unknown
     travel: Array  # (n,) m, the integral of the slip velocity: the slip, but for rolling
+    yielding: Array  # (n,) m/s, of the material by the forces of other contacts on the axial flexibility
 
     @classmethod
     def new(cls, rows: Array, size: int) -> ContactArrays:
         """Allocate the arrays of n contacts, `rows` (n, 13), of a system with `size` degrees of freedom."""
         n = len(rows)
-        shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2), (n,)
+        shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2), (n,), (n,)
         return cls(rows, *(np.zeros(shape) for shape in shapes))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from oblique_impact.contact.axial import shared_flexibility
 from oblique_impact.contact.forces import (
     NO_STICKING_SOLUTION,
     OK,
@@ -120,12 +121,15 @@ def _take_equations(
     if p.state == SLIDING:
         ratio = friction_ratio(p, c.slip_rate)
         viscous = -p.friction.slope * c.normal_force * velocity
-    elif p.stick.compliance != 0.0:
-        viscous = 0.5 * step.h * velocity / p.stick.compliance
+    axial = p.state == STICKING and p.stick.compliance != 0.0
+    if axial:
+        viscous = 0.5 * step.h * velocity / abs(p.stick.compliance)
     for column in range(last):
         j, which = int(arrays.unknowns[column, 0]), column % 2
         matrix[2 * k, column] = stiff * dot(arrays.directions[i, 0], arrays.responses[j, which])
         matrix[2 * k + 1, column] = viscous * dot(arrays.directions[i, 1], arrays.responses[j, which])
+        if axial and which == 1:
+            matrix[2 * k + 1, column] += _shared_part(arrays, i, j)
     normal, tangential = dot(arrays.directions[i, 0], increment), dot(arrays.directions[i, 1], increment)
     force = stop_force(p.stop, p.residual, c.gap, c.gap_rate)
     matrix[2 * k, 2 * k] += 1.0
@@ -134,13 +138,21 @@ def _take_equations(
         matrix[2 * k + 1, 2 * k] -= ratio
         matrix[2 * k + 1, 2 * k + 1] += 1.0
         matrix[2 * k + 1, last] = ratio * c.normal_force - c.tangential_force - viscous * tangential
-    elif p.stick.compliance != 0.0:
+    elif axial:
         # the travel at the end of the step by the trapezoidal rule; its start is in `travel`
         held = axial_force(p.stick, arrays.travel[i] + 0.5 * step.h * c.slip_rate)
-        matrix[2 * k + 1, 2 * k + 1] += 1.0
-        matrix[2 * k + 1, last] = held - c.tangential_force - viscous * tangential
+        for j in range(arrays.rows.shape[0]):
+            held -= _shared_part(arrays, i, j) * arrays.instants[j, TANGENTIAL_FORCE]
+        matrix[2 * k + 1, last] = held - viscous * tangential
     else:
         matrix[2 * k + 1, last] = -c.slip_rate - velocity * tangential
+
+
+@jitable
+def _shared_part(arrays: ContactArrays, i: int, j: int) -> float:
+    """Axial flexibility between two contacts over that of the first."""
+    own = arrays.rows[i, COMPLIANCE]
+    return float(shared_flexibility(own, arrays.rows[j, COMPLIANCE]) / abs(own))
 
 
 @jitable

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import OK, can_stick, slip_velocity
-from oblique_impact.contact.several import coupled_instant, instant_at, phase_of
+from oblique_impact.contact.several import coupled_instant, instant_at, phase_of, take_yielding
 from oblique_impact.contact.state import (
     END,
     FREE,
@@ -39,8 +39,11 @@ from oblique_impact.marching.scheme import Prepared, Scheme
 
 
 @jitable
-def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> int:
-    """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign."""
+def _fallen(phase: Phase, c: Instant, yielding: float, stopping_time: float, rounding: float) -> int:
+    """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign.
+
+    For `yielding` (m/s) see `guards_of`.
+    """
     if phase.state == FREE:
         return (
             NORMAL
@@ -52,7 +55,7 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
     if c.slip < phase.surface.first or c.slip > phase.surface.last:
         return END
     if phase.stick.compliance != 0.0:
-        return _axially_fallen(phase, c)
+        return _axially_fallen(phase, c, yielding)
     sticks = phase.stick.static >= 0.0 and can_stick(phase, c, stopping_time)
     if phase.state != SLIDING:
         return NO_GUARD if sticks else SWITCHED
@@ -66,11 +69,11 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
 
 
 @jitable
-def _axially_fallen(phase: Phase, c: Instant) -> int:
+def _axially_fallen(phase: Phase, c: Instant, yielding: float) -> int:
     """Guard that fell of a closed contact with axial flexibility: its slip has turned, or it has left the cone."""
     if phase.state == SLIDING:
         direction = 1.0 if phase.friction.lower >= 0.0 else -1.0
-        return SWITCHED if direction * slip_velocity(phase, c) < 0.0 else NO_GUARD
+        return SWITCHED if direction * (slip_velocity(phase, c) + yielding) < 0.0 else NO_GUARD
     if abs(c.tangential_force) <= phase.stick.static * c.normal_force:
         return NO_GUARD
     return LOWER if c.tangential_force > 0.0 else UPPER
@@ -82,7 +85,7 @@ def _fallen_of(
 ) -> int:
     """Guard that fell, of several contacts the first of them; a switch of contact i has the number 5 n + i."""
     if arrays is None:
-        return _fallen(phase, c, stopping_time, rounding)
+        return _fallen(phase, c, 0.0, stopping_time, rounding)
     return _first_fallen(arrays, phase, stopping_time, rounding, s)
 
 
@@ -90,13 +93,14 @@ def _fallen_of(
 def _first_fallen(arrays: ContactArrays, phase: Phase, stopping_time: float, rounding: float, s: Scratch) -> int:
     """Return the guard of the first contact of which one fell; keeps the largest force and depth of each."""
     count, largest, first = arrays.rows.shape[0], s.guards.largest, NO_GUARD
+    take_yielding(arrays, phase)
     for i in range(count):
         p, at = phase_of(phase, arrays, i), instant_at(arrays, i)
         if p.state != FREE:
             at = coupled_instant(arrays, i)
             largest[0, i] = max(largest[0, i], at.normal_force)
             largest[1, i] = max(largest[1, i], -at.gap)
-        guard = _fallen(p, at, stopping_time, rounding)
+        guard = _fallen(p, at, arrays.yielding[i], stopping_time, rounding)
         if guard != NO_GUARD and first == NO_GUARD:
             first = GUARDS * count + i if guard == SWITCHED else GUARDS * i + guard
     return first

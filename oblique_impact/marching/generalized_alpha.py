@@ -23,6 +23,8 @@ from oblique_impact.contact.several import (
     instant_at,
     keep_forces,
     phase_of,
+    take_yielding,
+    yielding_at,
 )
 from oblique_impact.contact.state import (
     FREE,
@@ -91,9 +93,9 @@ def _of_force(phase: Phase, guard: int) -> bool:
 
 
 @jitable
-def _measure(phase: Phase, c: Instant, s: Scratch, row: int, i: int) -> None:
+def _measure(phase: Phase, c: Instant, yielding: float, s: Scratch, row: int, i: int) -> None:
     """Guards of contact i in the state `phase`, and the rate of that in flight, into a row of the scratch."""
-    guards = guards_of(phase, c)
+    guards = guards_of(phase, c, yielding)
     for g in range(GUARDS):
         s.guards.values[row, GUARDS * i + g] = guards[g]
     s.guards.slopes[row, GUARDS * i + NORMAL] = phase.surface.side * c.gap_rate
@@ -118,6 +120,7 @@ def _extrapolated(
 def _report(a: Attempt, h: float, solution: Solution) -> Solution:
     """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
     arrays, end = a.phase.arrays, solution.end
+    take_yielding(arrays, a.phase)
     for i in range(contact_count(arrays)):
         phase = by_reference(contact_phase(arrays, a.phase, i))
         reported = _report_contact(a, phase, i, h, contact_at(arrays, solution.end, i))
@@ -133,7 +136,7 @@ def _report_contact(a: Attempt, phase: Phase, i: int, h: float, end: Instant) ->
     before, after = algorithm_state(arrays, a.y, d), algorithm_state(arrays, s.y_new, d)
     after.forces[k], after.forces[k + 1] = end.normal_force, end.tangential_force
     if phase.state == FREE:
-        _measure(phase, end, s, _END, i)
+        _measure(phase, end, 0.0, s, _END, i)
         return end
     mean_n = end.normal_force + a.c.alpha_f * (before.forces[k] - end.normal_force)
     mean_t = end.tangential_force + a.c.alpha_f * (before.forces[k + 1] - end.tangential_force)
@@ -152,7 +155,7 @@ def _report_contact(a: Attempt, phase: Phase, i: int, h: float, end: Instant) ->
         tangential = end.tangential_force
     if phase.stop.compliant:
         normal = push + phase.residual.tilt * tangential
-    _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END, i)
+    _measure(phase, with_forces(end, normal, tangential, 0.0), yielding_at(arrays, i), s, _END, i)
     return with_forces(end, mean_n, mean_t, end.supplied_power)
 
 
@@ -296,10 +299,10 @@ class AlphaStepper(NamedTuple):
                 phase.arrays, phase, algorithm_state(phase.arrays, y, work.vectors.forces.shape[0])
             )
         status, c = start_phase(self.system, phase, start.t, y, work)
+        take_yielding(phase.arrays, phase)
         for i in range(contact_count(phase.arrays)):
-            _measure(
-                contact_phase(phase.arrays, phase, i), contact_at(phase.arrays, c, i), self.scratch, _START, i
-            )
+            own, at = contact_phase(phase.arrays, phase, i), contact_at(phase.arrays, c, i)
+            _measure(own, at, yielding_at(phase.arrays, i), self.scratch, _START, i)
         return status, c.gap
 
     def length(self, gap: float, h: float) -> float:

@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from oblique_impact.contact.axial import shared_flexibility
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.several import coupled_instant, phase_of
 from oblique_impact.contact.simultaneous import ALTERNATING, Change, Group
 from oblique_impact.contact.state import (
+    COMPLIANCE,
     GAP,
     NORMAL_FORCE,
     SIDE,
@@ -186,7 +188,7 @@ class MultiContactRun(Run):
             self._add_to(i, arrest.normal, arrest.tangential, arrest.energy_loss, 0.0)
         for i, how in change.passages:
             self._pass_end_of(i, leaving, how, before[i])
-        self._stick_axially(change, before)
+        self._stick_axially(change)
         self._phase = machines.changed(leaving, change.phases)
         self._account_for_penetrations(leaving, change, before)
         after = MultiContactProbe(self) if impulses else probe
@@ -213,12 +215,18 @@ class MultiContactRun(Run):
         if change.failure is not None:
             raise RunEnded(change.failure)
 
-    def _stick_axially(self, change: Change, before: Mapping[int, Instant]) -> None:
-        """Let contacts that begin to stick on axial flexibility hold their travel, as rolling is no slip."""
+    def _stick_axially(self, change: Change) -> None:
+        """Let contacts that begin to stick on axial flexibility hold the material where it is.
+
+        That is their travel, since rolling is no slip, and what all forces stretch the axis up to there.
+        """
+        solved = self.solved
         for i, state in change.phases.items():
             if state.stick.compliance != 0.0 and state.state == State.STICK:
-                travel = self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL]
-                held = state.stick.slip - before[i].slip + float(travel)
+                held = float(self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL])
+                for row, force in zip(solved.rows, solved.instants[:, TANGENTIAL_FORCE], strict=True):
+                    if row[STATE] != State.FREE:
+                        held += shared_flexibility(state.stick.compliance, float(row[COMPLIANCE])) * float(force)
                 change.phases[i] = state._replace(stick=state.stick._replace(slip=held))
 
     def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
@@ -308,11 +316,15 @@ class MultiContactRun(Run):
         return stored
 
     def _stretched(self) -> float:
-        last, stretched = self.record.segments[-1], 0.0
-        for i in range(len(self.contacts.machines.machines)):
-            compliance = self._state(self._phase, i).stick.compliance if last.each[i] != State.FREE else 0.0
-            stretched += 0.5 * compliance * float(last.observation.contacts[-1, i, TANGENTIAL_FORCE]) ** 2
-        return stretched
+        assert self._phase.arrays is not None
+        flexibility = self._phase.arrays.rows[:, COMPLIANCE]
+        forces = np.nan_to_num(self.record.segments[-1].observation.contacts[-1, :, TANGENTIAL_FORCE])
+        pairs = [
+            shared_flexibility(a, b) * force * other
+            for a, force in zip(flexibility, forces, strict=True)
+            for b, other in zip(flexibility, forces, strict=True)
+        ]
+        return 0.5 * float(np.sum(pairs))
 
     def _relative_inertia(self) -> float:
         assert self._phase.arrays is not None
