@@ -79,13 +79,31 @@ def _overlap(p: Four, r: Four, z: float) -> float:
     return at + a - b / 2.0 + c / 3.0 - d / 4.0 + e / 5.0
 
 
+@inlined
+def _whole(s: Any, element: int, B: Array) -> Four:
+    """Integrals over an element of u_y' times the derivatives of its four shape functions, see `_shape`."""
+    length, k = s.edges[element + 1] - s.edges[element], 2 * element
+    fall = (B[k - 1] if element > 0 else 0.0) - B[k + 1]
+    steep, steeper = length * B[k], length * B[k + 2]
+    force = (1.2 * fall + 0.1 * (steep + steeper)) / length
+    first, last = (3.0 * fall + 4.0 * steep - steeper) / 30.0, (3.0 * fall - steep + 4.0 * steeper) / 30.0
+    return force, first, -force, last
+
+
+@inlined
+def _times(f: Four, element: int, B: Array) -> float:
+    """Product with deflections and slopes of the ends of an element."""
+    k = 2 * element
+    first = B[k - 1] if element > 0 else 0.0
+    return f[0] * (first - B[k + 1]) + f[1] * B[k] + f[3] * B[k + 2]
+
+
 @jitable
 def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
     """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
     element, squared = panel_of(s.edges, x), 0.0
     for k in range(element):
-        p = _cubic(s, k, B)
-        squared += 2.0 * _overlap(p, p, 1.0) / (s.edges[k + 1] - s.edges[k])
+        squared += _times(_whole(s, k, B), k, B)
     return _axis_on(s, element, squared, x, B)
 
 
@@ -110,22 +128,27 @@ def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) 
     shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
     for i in range(B.shape[0] + 1):
         shapes[i], slopes[i], HB[i] = 0.0, 0.0, 0.0
-    bending, curving, turning = 0.0, 0.0, 0.0
-    for k in range(axis.panel + 1):
-        half, z = 0.5 * (s.edges[k + 1] - s.edges[k]), axis.z if k == axis.panel else 1.0
-        p, rate = _cubic(s, k, B), _cubic(s, k, Bd)
-        bending += _overlap(rate, rate, z) / half
-        for which in range(4):
-            i = 2 * k + which  # behind the entry of theta; the root has no deflection
-            if i == 0:
-                continue
+    bending = 0.0
+    # entries stand behind that of theta; the root has no deflection
+    for k in range(axis.panel):
+        f = _whole(s, k, B)
+        bending += _times(_whole(s, k, Bd), k, Bd)
+        if k > 0:
+            HB[2 * k] += f[0]
+        HB[2 * k + 1] += f[1]
+        HB[2 * k + 2] += f[2]
+        HB[2 * k + 3] += f[3]
+    k, z = axis.panel, axis.z
+    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+    bending += _overlap(rate, rate, z) / half
+    for which in range(4):
+        i = 2 * k + which
+        if i > 0:
             shape = _shape(which, half)
             HB[i] += _overlap(shape, p, z) / half
-            if k == axis.panel:
-                slopes[i] = _rate(shape, z) / half
-                shapes[i] = _value(shape, z) + slopes[i] * axis.beyond
-        if k == axis.panel:
-            curving, turning = (2.0 * rate[2] + 6.0 * rate[3] * z) / (half * half), _rate(rate, z) / half
+            slopes[i] = _rate(shape, z) / half
+            shapes[i] = _value(shape, z) + slopes[i] * axis.beyond
+    curving, turning = (2.0 * rate[2] + 6.0 * rate[3] * z) / (half * half), _rate(rate, z) / half
     if axis.beyond != 0.0:
         for i in range(B.shape[0] + 1):
             HB[i] += axis.slope * slopes[i] * axis.beyond
@@ -139,9 +162,9 @@ def shorten_elements(s: HermiteShapes, B: Array, Bd: Array, squares: Array, rate
     """Integrals of u_y'^2 and u_y' u_y'^. from the root to each edge, (elements + 1,) or longer."""
     squares[0], rates[0] = 0.0, 0.0
     for k in range(s.edges.shape[0] - 1):
-        half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
-        squares[k + 1] = squares[k] + _overlap(p, p, 1.0) / half
-        rates[k + 1] = rates[k] + _overlap(p, rate, 1.0) / half
+        f = _whole(s, k, B)
+        squares[k + 1] = squares[k] + _times(f, k, B)
+        rates[k + 1] = rates[k] + _times(f, k, Bd)
 
 
 @jitable

@@ -286,6 +286,8 @@ def _settle(
     while True:
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
+        if m == b.states.shape[0]:
+            return m
         stepper.system.measure(t, x, v1, s.work, b.places)
         before = m
         for i in range(b.states.shape[0]):
