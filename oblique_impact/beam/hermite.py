@@ -95,7 +95,7 @@ def _times(f: Four, element: int, B: Array) -> float:
     """Product with deflections and slopes of the ends of an element."""
     k = 2 * element
     first = B[k - 1] if element > 0 else 0.0
-    return f[0] * (first - B[k + 1]) + f[1] * B[k] + f[3] * B[k + 2]
+    return float(f[0] * (first - B[k + 1]) + f[1] * B[k] + f[3] * B[k + 2])
 
 
 @jitable
