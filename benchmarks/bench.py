@@ -19,6 +19,7 @@ from oblique_impact.machine import THREADS
 
 os.environ.update(dict.fromkeys(THREADS, "1"))  # before anything loads NumPy
 
+import many_contacts
 import nodal
 import sweep
 import work_precision
@@ -74,6 +75,14 @@ def nodal_steps(turns: int) -> Iterator[Row]:
         yield f"nodal step, {name}", ratio, "1.5" if name.startswith("flight") else "9"
 
 
+def time_stepping(turns: int) -> Iterator[Row]:
+    """Yield the marching of `slap` over the imports, and costs of steps with many contacts over each other."""
+    many_contacts.slap()
+    yield "marching `slap` over imports", median_ratio(turns, many_contacts.slap, imports), "2"
+    for (name, ratio), aim in zip(many_contacts.ratios(turns).items(), ("3", "10"), strict=True):
+        yield f"time-stepping, {name}", ratio, aim
+
+
 def sweeps(turns: int) -> Iterator[Row]:
     """Yield the time of a sweep over that of its runs."""
     yield "sweep of 1,000 runs over its runs", sweep.cost(1000)["wall"], f"{sweep.ASKED}"
@@ -91,7 +100,7 @@ def others(turns: int) -> Iterator[Row]:
 def main(turns: int = 5) -> None:
     """Measure, keep and print."""
     rows = []
-    for group in (start_up, many_modes, nodal_steps, sweeps, others):
+    for group in (start_up, many_modes, nodal_steps, time_stepping, sweeps, others):
         for what, ratio, aim in group(turns):
             rows.append((what, f"{ratio:.3g}", aim))
             print(f"{what}: {ratio:.3g}", flush=True)
