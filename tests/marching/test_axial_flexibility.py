@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oblique_impact import History
+from oblique_impact import History, Scenario, simulate
 from tests.marching.test_several import run
 
 PEG = ({"kind": "point", "origin": [0.5, 0.0]},)
@@ -73,6 +73,25 @@ def test_two_contacts_that_stick_share_the_axis_between_root_and_the_nearer():
         assert slid < 1e-9
         times.append([e.time for e in found.events])
     assert times[1] == pytest.approx(times[0], abs=1e-7)
+
+
+def test_the_tip_of_all_nodes_sticks_as_that_of_all_modes():
+    keys = (
+        "contact.axial_flexibility=true",
+        "contact.residual_flexibility=false",
+        "contact.normal=spring",
+        "discretization.method=fem",
+        "discretization.frame=mean-axis",
+        "discretization.elements=8",
+        "end_time=0.322",
+    )
+    steps = "solver.scheme=generalized-alpha", "solver.free_step=1e-5", "solver.contact_step=1e-6"
+    modes = simulate(Scenario.builtin("paper", [*keys, "discretization.modes=16"]))
+    nodes = simulate(Scenario.builtin("paper", [*keys, *steps, "discretization.modes=0"]))
+    assert [e.kind for e in nodes.events] == [e.kind for e in modes.events]
+    assert [e.kind.value for e in modes.events].count("stick") == 4
+    assert [e.time for e in nodes.events] == pytest.approx([e.time for e in modes.events], abs=1e-6)
+    assert modes.summary["energy"]["unaccounted"] == pytest.approx(0.0, abs=1e-11)
 
 
 @pytest.mark.parametrize("pegs", [PEG, BOTH], ids=["one", "two"])
