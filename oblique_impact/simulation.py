@@ -147,7 +147,8 @@ def simulate_system(
         Ends of the slope, [first, last] (m) along it; by default it has none.
     axial_flexibility : float
         Flexibility (m/N) without mass behind the friction, in series with it (Jenkins's element), on an
-        :class:`~oblique_impact.contact.stops.ElasticStop` without damping with :class:`Coulomb` friction.
+        :class:`~oblique_impact.contact.stops.ElasticStop` without damping with
+        :class:`~oblique_impact.contact.friction.Coulomb` friction.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.problem.system_scales`.
