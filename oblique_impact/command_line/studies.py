@@ -76,7 +76,8 @@ def refine(
     study: Annotated[
         str | None,
         typer.Option(
-            help="A shipped study: elements, steps, remedies, rigid-stop, predictability or small-deflection."
+            help="A shipped study: elements, steps, remedies, rigid-stop, anywhere, predictability or "
+            "small-deflection."
         ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),

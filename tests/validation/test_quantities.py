@@ -50,11 +50,14 @@ def test_quantities_of_the_papers_case(run):
     for name, value in expected.items():
         assert quantity(name).measure(history) == value, name
     lost = history.summary["energy"]["initial"] - quantity("energy_after_collision").measure(history)
+    ended = quantity(f"lost_after:{first['end'] - first['start']!r}").measure(history)
+    assert ended == pytest.approx(lost, rel=1e-9)
     assert 0.0 < lost < sum(history.summary["energy"][f"lost_{k}"] for k in ("impact", "friction", "scheme"))
 
 
 def test_named_quantities_have_units_and_take_what_they_are_called(run):
     units = {
+        "m": "zone",
         "s": "first_impact collision_end collision_duration second_impact",
         "N s": "impulse tangential_impulse second_impulse",
         "N": "peak_force",
@@ -107,13 +110,17 @@ def test_what_a_run_does_not_have_is_a_named_gap(run):
         ("energy_final", stopped, "painleve"),
         ("tip_y@end", stopped, "painleve"),
         ("tip_y@0.39", stopped, "ended at"),
+        ("lost_after:0.1", stopped, "ended at"),
+        ("zone", flight, "anywhere"),
     ):
         with pytest.raises(GapError, match=words):
             quantity(name).measure(history)
     assert quantity("first_impact").measure(stopped) == pytest.approx(0.317, abs=1e-3)
 
 
-@pytest.mark.parametrize("name", ["peak", "tip_y@", "moment@0.5", "max:", "mean:tip_y", "tip_y@-1"])
+@pytest.mark.parametrize(
+    "name", ["peak", "tip_y@", "moment@0.5", "max:", "mean:tip_y", "tip_y@-1", "lost_after:-1"]
+)
 def test_unknown_quantities_are_one_line(name):
     with pytest.raises(InputError, match=r"--quantity") as caught:
         quantity(name, 1.0)

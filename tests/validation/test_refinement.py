@@ -7,6 +7,7 @@ import html
 import json
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -16,6 +17,7 @@ from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT,
 from oblique_impact.validation.studies.ladders import AXES, Ladder, Study, sizes_of
 from oblique_impact.validation.studies.refinement import declared_orders, level_frame, lines, report
 from oblique_impact.validation.studies.shipped import STUDIES, predictability_cases, shipped_study
+from tests.marching.linear_beam import fall
 
 PAPER = Scenario.builtin("paper")
 RIGID = PAPER.replace(end_time=0.335, discretization__frame="mean-axis")
@@ -31,6 +33,14 @@ def test_levels_change_what_they_are_about():
     for axis, words in (("steps", "--tolerances"), ("stiffness", r"contact\.normal")):
         with pytest.raises(InputError, match=words):
             AXES[axis].change(PAPER, 1e-5)
+
+
+def test_places_of_contact_stay_on_the_nodes():
+    edge = Scenario.builtin("edge")
+    finer = AXES["elements"].change(edge, 16.0)
+    assert (finer.discretization.elements, finer.contact.grid) == (16, 16)
+    assert AXES["elements"].change(edge.replace(contact__grid=16), 32.0).contact.grid == 16
+    assert AXES["nodes alone"].change(edge, 16.0).obstacles[0].extent == (0.0, 9 / 16)
 
 
 def test_a_size_is_a_step_or_one_over_a_level():
@@ -79,6 +89,28 @@ def test_schemes_show_their_declared_orders_in_free_flight():
         limits.append(ladder.results[0].analysis.limit)
     # one motion, three schemes: their limits are the same
     assert limits == pytest.approx([limits[0]] * 3, abs=1e-8)
+
+
+def test_a_beam_lies_down_with_one_limit_with_and_without_inertia():
+    """Of a slow one that is the limit of linear kinematics; without the corner as a place there is another one."""
+    study, shorter = shipped_study("anywhere"), dict[str, tuple[float, ...]]()
+    shorter |= dict.fromkeys(("slow slap, plastic", "slow slap, no inertia"), (16.0, 32.0, 64.0))
+    shorter |= dict.fromkeys(("edge, plastic, elements", "edge, plastic, nodes alone"), (8.0, 16.0, 32.0))
+    ladders = tuple(replace(x, levels=shorter[x.name]) for x in study.ladders if x.name in shorter)
+    result = refine(study=Study("a", "a", "", ladders), changes=["solver.contact_step=5e-6"], workers=1)
+    found = {x.ladder.name: x for x in result.ladders}
+    for route in ("plastic", "no inertia"):
+        linear = fall(64, 5e-6, 12e-3, -0.02, -4.6237, 0.02, 1.0, massless=route == "no inertia")
+        impulse, lost = (found[f"slow slap, {route}"].quantity(name) for name in ("impulse", "lost_after:0.012"))
+        assert 10.0 * impulse.values[-1] == pytest.approx(linear.impulse, rel=5e-4)
+        assert 100.0 * lost.values[-1] == pytest.approx(linear.lost, rel=5e-3)
+    zone = found["edge, plastic, elements"].quantity("zone")
+    assert zone.values == pytest.approx([0.6103] * 3, abs=1e-3)
+    with_corner, without = (
+        found[f"edge, plastic, {x}"].quantity("impulse").values for x in ("elements", "nodes alone")
+    )
+    assert with_corner[1:] == pytest.approx([3.263] * 2, rel=5e-3)
+    assert without[1:] == pytest.approx([3.98, 3.59], rel=5e-3)
 
 
 def test_a_run_the_physics_stops_is_a_row_and_not_the_end():

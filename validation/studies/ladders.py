@@ -62,21 +62,33 @@ def _tolerances(scenario: Scenario, level: float) -> Scenario:
     return scenario.replace(solver__tolerance=level)
 
 
-#: by the name of the option
+def _elements(scenario: Scenario, level: float) -> Scenario:
+    changed = {"discretization__method": "fem", "discretization__elements": int(level)}
+    if 1 < scenario.contact.grid == scenario.discretization.elements:
+        changed["contact__grid"] = int(level)  # a place of contact on each node
+    return scenario.replace(**changed)
+
+
+def _nodes_alone(scenario: Scenario, level: float) -> Scenario:
+    """Let sides end at the last node within them, as if the places between nodes could not touch."""
+    element = scenario.beam.length / level
+    sides = [side.model_dump() for side in scenario.obstacles]
+    for side in sides:
+        if side["extent"]:
+            side["extent"] = [side["extent"][0], element * math.floor(side["extent"][1] / element)]
+    return _elements(scenario, level).replace(obstacles=sides)
+
+
+#: by the name of the option, or of studies alone
 AXES = {
-    "elements": Axis(
-        "elements",
-        "1",
-        "1/elements",
-        True,
-        lambda base, level: base.replace(discretization__method="fem", discretization__elements=int(level)),
-    ),
+    "elements": Axis("elements", "1", "1/elements", True, _elements),
     "modes": Axis(
         "modes", "1", "1/modes", True, lambda base, level: base.replace(discretization__modes=int(level))
     ),
     "steps": Axis("free step", "s", "free step (s)", False, _steps, " in the step"),
     "stiffness": Axis("stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness, " in the stiffness"),
     "tolerances": Axis("tolerance", "1", "mean step (s)", False, _tolerances, " in the tolerance"),
+    "nodes alone": Axis("elements", "1", "1/elements", True, _nodes_alone),
 }
 
 

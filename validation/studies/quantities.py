@@ -65,6 +65,8 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
         unit, meaning, measure = _NUMBERED[extreme]
         return Quantity(name, unit, meaning.format(variable), measure(int(variable) - 1))
+    if colon and extreme == "lost_after":
+        return _lost_after(name, variable)
     known = {**VARIABLES, **FIELDS}
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
@@ -74,7 +76,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     raise InputError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
         f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}; "
-        f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}"
+        f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}; lost_after:SECONDS"
         f"{did_you_mean(name, known_names)}"
     )
 
@@ -161,6 +163,22 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
     return Quantity(name, unit, f"{meaning} at {time:g} s", lambda history: _at(history, variable, time))
 
 
+def _lost_after(name: str, seconds: str) -> Quantity:
+    """Return the quantity lost_after:SECONDS."""
+    try:
+        delay = float(seconds)
+    except ValueError:
+        delay = math.nan
+    if not 0.0 <= delay < math.inf:
+        raise InputError(f"--quantity {name}: the time after the first touch-down should be at least 0 (s)")
+
+    def measure(history: History) -> float:
+        return float(history.total_energy.values[0]) - _at(history, "energy", _start(history) + delay)
+
+    meaning = f"energy that the beam has lost {delay:g} s after the first touch-down"
+    return Quantity(name, "J", meaning, measure)
+
+
 def _values(history: History, variable: str) -> np.ndarray:
     if variable == "energy":
         return np.asarray(history.total_energy.values, dtype=float)
@@ -217,6 +235,14 @@ def _collision(history: History, number: int = 0) -> dict[str, Any]:
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")
     return collision
+
+
+def _nearest_place(history: History) -> float:
+    """Return the least place along the beam (m) that touches in the first macro-collision."""
+    if history.scenario is None or history.scenario.contact.where != "anywhere":
+        raise GapError('only with contact.where = "anywhere"')
+    end = _collision(history)["end"]
+    return min(contact.first_place for contact in history.contacts if contact.start <= end)
 
 
 def _restitution(history: History) -> float:
@@ -311,6 +337,7 @@ _TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
     "tangential_impulse": ("N s", f"tangential impulse {_FIRST}", _of_collision("tangential_impulse")),
     "peak_force": ("N", f"largest normal force {_FIRST}", _of_collision("peak_force")),
     "contacts": ("1", f"contacts {_FIRST}", _of_collision("contacts")),
+    "zone": ("m", f"least place along the beam that touches something {_FIRST}", _nearest_place),
     "energy_after_collision": (
         "J",
         "energy as the first macro-collision ends",

@@ -47,6 +47,8 @@ from oblique_impact.validation.studies.quantities import default_quantities
 from oblique_impact.validation.studies.shipped import shipped_study
 from oblique_impact.validation.studies.study import run_study
 
+#: axes that a user can refine
+OPTIONS = ("elements", "modes", "steps", "stiffness", "tolerances")
 #: levels that a verdict needs, and most that are run
 FEWEST, MOST = 3, 16
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
@@ -124,7 +126,7 @@ def refine(
     >>> result.quantity("theta@end").analysis.verdict
     'converged'
     """
-    every = zip(AXES, (elements, modes, steps, stiffness, tolerances), strict=True)
+    every = zip(OPTIONS, (elements, modes, steps, stiffness, tolerances), strict=True)
     chosen = {axis: tuple(map(float, levels)) for axis, levels in every if levels is not None}
     if within is not None and not 0.0 < within < 1.0:
         raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
@@ -213,7 +215,7 @@ def _own_study(
 ) -> Study:
     """Describe the user's own ladder."""
     if not chosen:
-        options = ", ".join(f"--{axis}" for axis in AXES)
+        options = ", ".join(f"--{axis}" for axis in OPTIONS)
         raise InputError(f"refine: give one of {options} with levels, or --study")
     if len(chosen) > 1:
         raise InputError(f"--{' together with --'.join(chosen)}: refine one at a time, the others with --set")
