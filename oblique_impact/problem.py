@@ -205,7 +205,7 @@ def contacts_at(
 
 def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:
     """Return the zero tolerances of a beam of the given mass (kg)."""
-    return Tolerances.of(scenario.beam.length, BEAM_TIME, mass * max(scenario.gravity, 1.0))
+    return Tolerances.of(scenario.beam.length, BEAM_TIME, mass * max(scenario.largest_gravity, 1.0))
 
 
 def scheme_of(scenario: Scenario) -> Scheme:

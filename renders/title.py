@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from oblique_impact.scenario.scenario import Scenario, builtin_names
-from oblique_impact.scenario.sections import BeamSection
+from oblique_impact.scenario.sections import BaseSection, BeamSection
 from oblique_impact.scenario.shapes import SHAPES
 
 _SHAPES = {"circle": "round bar", "rectangle": "rectangular bar", "tube": "tube", "i-beam": "I-beam"}
@@ -33,6 +33,8 @@ def model_words(scenario: Scenario) -> str:
         _material(scenario.beam),
         f"on a {root}, from {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",
     ]
+    if scenario.base.is_shaken:
+        words.append(_shaking(scenario.base))
     if contact.enabled:
         stop = f"{contact.normal} stop"
         if contact.normal == "rigid":
@@ -45,6 +47,15 @@ def model_words(scenario: Scenario) -> str:
         words.append(f"{_obstacles(scenario)}, {stop}, {friction}")
     frame = "" if how.method == "absolute" else f"{how.frame} frame, {how.kinetics} kinetics, "
     return "; ".join([*words, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"])
+
+
+def _shaking(base: BaseSection) -> str:
+    """Return how the base is shaken."""
+    along = f"at {math.degrees(base.direction):.3g}°"
+    if base.table:
+        return f"base shaken by a table, up to {short(max(map(abs, base.extremes)))} m/s², {along}"
+    sweep = f" {base.sweep_rate:+.3g} Hz/s" if base.sweep_rate else ""
+    return f"base shaken by {short(abs(base.acceleration))} m/s² with {base.frequency:.3g} Hz{sweep}, {along}"
 
 
 def _obstacles(scenario: Scenario) -> str:

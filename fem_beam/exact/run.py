@@ -47,7 +47,7 @@ def exact_problem(
         output_interval=scenario.solver.output_interval,
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
-        breakpoints=system.breakpoints,
+        breakpoints=(*system.breakpoints, *(system.shaking.breakpoints if system.shaking else ())),
         multi_contact=several and several._replace(heirs=system.heirs),
     )
 

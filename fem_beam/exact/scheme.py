@@ -54,7 +54,7 @@ _SHORTER, _SHORTEST = 0.1, 6
 _LEAST_TOLERANCE = 1e-12
 #: steps of a call, some hundredths of a second
 _STEPS_PER_CALL = 50
-_NO_LIMITS = Limits(inf, inf, 0)
+_NO_LIMITS = Limits(inf, inf, inf, 0)
 #: of a contact, in the order of its own quadratures
 _OF_EACH = [NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]
 
@@ -74,8 +74,6 @@ class ExactStepper:
         self.system: ExactSystem = prepared.system
         self.scratch, self.limits, self._recorder = prepared.scratch, limits, prepared.own
         self._scenario, self._touchings = self.system.scenario, self.system.touchings
-        # samples are due at the end of a call too, unless it is that of the run
-        self._sampled = limits._replace(t_stop=self._scenario.end_time)
         arrays = phase.arrays
         self._phases = [phase_of(phase, arrays, i) for i in range(len(self._touchings))] if arrays else []
         self._closed = {
@@ -146,7 +144,7 @@ class ExactStepper:
         counts = self.scratch.samples.counts
         kept = counts[KEPT]
         if step.guard == NO_GUARD:
-            keep_sample(step.end, y, self._sampled, self.scratch.samples)
+            keep_sample(step.end, y, self.limits, self.scratch.samples)
         if step.guard != NO_GUARD or counts[KEPT] > kept or step.end == self.limits.t_stop:
             self._recorder.averages.request(step.end)
         return step
@@ -161,12 +159,12 @@ class ExactStepper:
 
     def _step(self, length: float, contacts: dict[int, Contact] | None = None) -> Step:
         """Return a step, with the closed contacts or others in their place, and reactions of all contacts."""
-        contacts = contacts or self._closed
+        contacts, still = contacts or self._closed, self.system.shaking is None
         step = advance(
             self.system.beam,
             self._stage,
             length,
-            self.system.load,
+            self.system.load if still else self.system.load + self.system.inertia_force(self._time + 0.5 * length),
             held=self.system.held(self._time + length),
             viscosity=self._scenario.beam.kelvin_voigt,
             contacts=list(contacts.values()),
@@ -186,6 +184,8 @@ class ExactStepper:
         gained[SUPPLIED] = float(step.held @ (q1 - q0)[:held])
         if self.system.is_hub:
             gained[SUPPLIED] += scenario.root.torque * float(q1[2] - q0[2])
+        if self.system.shaking is not None:
+            gained[SUPPLIED] += float(self.system.inertia_force(self._time + 0.5 * length) @ (q1 - q0))
         for i, contact in self._closed.items():
             own = contact.gained(q0, q1, float(step.reactions[i]), length)
             gained[_OF_EACH] += own

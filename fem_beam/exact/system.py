@@ -11,6 +11,7 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import ContactPlace, contact_places
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
@@ -78,6 +79,24 @@ class ExactSystem:
         if self.is_hub:
             load[2] += self.scenario.root.torque
         return load
+
+    @cached_property
+    def shaking(self) -> Shaking | None:
+        """How the base is shaken; None if it stands still."""
+        return shaking_of(self.scenario)
+
+    def inertia_force(self, t: float) -> Array:
+        """Return the inertia force (3 n,) at an instant (s) by a shaken base."""
+        if self.shaking is None:
+            return np.zeros(self.beam.size)
+        return -base_acceleration(self.shaking, t) * self._masses
+
+    @cached_property
+    def _masses(self) -> Array:
+        """Inertia (3 n,) against a unit acceleration in the direction of the shaking."""
+        assert self.shaking is not None
+        direction = np.tile([self.shaking.cosine, self.shaking.sine, 0.0], self.beam.x.size)
+        return np.asarray(self.beam.M @ direction)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import flexibility_between, residual_flexibility
+from oblique_impact.beam.shaking import Shaking, shaking_of
 from oblique_impact.contact.axial import AxialFlexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.contact.yielding import Yielding
@@ -130,8 +131,13 @@ class Beam:
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Times (s) at which the root's motion is not smooth."""
-        return self.motion.breakpoints
+        """Times (s) at which the motion of root or base is not smooth."""
+        return (*self.motion.breakpoints, *(self.shaking.breakpoints if self.shaking else ()))
+
+    @cached_property
+    def shaking(self) -> Shaking | None:
+        """How the base is shaken; None if it stands still."""
+        return shaking_of(self.scenario)
 
     @cached_property
     def model(self) -> BeamModel | NodalModel:
@@ -227,6 +233,7 @@ class Beam:
             "slope_angle": s.slope.angle,
             "normal_offset": normal_offset,
             "tangential_offset": tangential_offset,
+            "shaking": self.shaking,
         }
 
     @cached_property

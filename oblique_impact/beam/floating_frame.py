@@ -19,6 +19,7 @@ from oblique_impact.beam.axis import (
     touch_peg,
 )
 from oblique_impact.beam.base_motion import Drive, drive_acceleration
+from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
 from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Vectors, Workspace, dot, new_workspace
@@ -61,6 +62,7 @@ class _BeamData(NamedTuple):
         None  # in the place of the contact point on the slope: the whole beam, several obstacles
     )
     place: int = -1  # the one that `evaluate` takes as the contact, -1: none
+    shaking: Shaking | None = None  # of the base
 
 
 @inlined
@@ -105,9 +107,10 @@ def _take_products(model: BeamModel, B: Array, Bd: Array, w: Workspace) -> float
 
 
 @jitable
-def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
+def _apply_forces(model: BeamModel, t: float, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
     """Add gravity with its geometric stiffness, elasticity, damping, hub torque; the power (W) of damping."""
-    v, g, c, s = w.vectors, model.gravity, np.cos(theta), np.sin(theta)
+    v = w.vectors
+    g, c, s = weight_in_frame(model.shaking, model.gravity, t, theta)
     forces, heavy, stiff, damped = v.forces, v.gravity_product, v.stiffness_product, v.damping_product
     moment = c * (model.static_moment - 0.5 * _contract(heavy, B)) - s * dot(model.vectors[LOAD], B)
     forces[0] += model.torque - g * moment
@@ -115,6 +118,20 @@ def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Worksp
         weight = g * (c * model.vectors[LOAD, i] - s * heavy[i + 1])
         forces[i + 1] += model.torque * model.vectors[ROOT_SLOPE, i] - weight - (stiff[i + 1] + damped[i + 1])
     return _contract(damped, Bd)
+
+
+@jitable
+def _shaking_power(shaking: Shaking | None, model: BeamModel, t: float, q: Array, qd: Array, v: Vectors) -> float:
+    """Power (W) of the inertia force on the beam by a shaken base; the compiler drops this of one that is not."""
+    if shaking is None:
+        return 0.0
+    B, Bd, heavy = q[1:], qd[1:], v.gravity_product
+    along, across = direction_in_frame(shaking, np.cos(q[0]), np.sin(q[0]))
+    # first moments of mass along x and y of the frame, and their rates in it
+    mx, my = model.static_moment - 0.5 * _contract(heavy, B), dot(model.vectors[LOAD], B)
+    mx_rate, my_rate = -_contract(heavy, Bd), dot(model.vectors[LOAD], Bd)
+    momentum: float = along * (mx_rate - qd[0] * my) + across * (my_rate + qd[0] * mx)
+    return -base_acceleration(shaking, t) * momentum
 
 
 @jitable
@@ -368,13 +385,13 @@ def evaluate_full_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Works
 def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w: Workspace) -> Evaluation:
     """Add what does not depend on the order of the kinetic energy."""
     v = w.vectors
-    damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
+    damping = _apply_forces(model, t, q[0], q[1:], qd[1:], w)
     c = _with_rates(model, t, _contact_at(model.places, model, q, qd, bending, v), qd, v)
-    supplied = 0.0
+    supplied = _shaking_power(model.shaking, model, t, q, qd, v)
     if model.root == HUB:
-        supplied = model.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
+        supplied += model.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
     if model.root == DRIVEN:
-        supplied = _prescribe(model, drive_acceleration(model.drive, t), qd[0], w)
+        supplied += _prescribe(model, drive_acceleration(model.drive, t), qd[0], w)
     return Evaluation(
         c.gap, c.slip, c.gap_rate, c.slip_rate, c.gap_bias, c.slip_bias, damping, supplied, c.rank_one
     )

@@ -28,6 +28,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, place_of, touch_peg
 from oblique_impact.beam.floating_frame import kinematics, touch_side
 from oblique_impact.beam.hermite import HermiteShapes, ShortenedAxis, move_point, shorten_elements
+from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -99,6 +100,7 @@ class _NodalData(NamedTuple):
     places: NodalPlaces | None = None  # in the place of the contact point on the slope: several obstacles
     place: int = -1  # the one that `evaluate` takes as the contact, -1: none
     massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
+    shaking: Shaking | None = None  # of the base
 
 
 @jitable
@@ -320,13 +322,13 @@ def _with_powers(e: Evaluation, damping: float, supplied: float, rank_one: float
 
 
 @jitable
-def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float, float]:
+def _forces(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> tuple[float, float]:
     """Generalized forces f - K W - Cd W'; returns kappa and the power (W) of damping."""
-    v, u, J, g = w.vectors, model.vectors, model.inertia, model.gravity
+    v, u, J = w.vectors, model.vectors, model.inertia
     forces, NW, DB, B = v.forces, v.scratch_a, v.scratch_b, v.scratch_c
     n = q.shape[0]
     theta, spin = _frame(model, q, qd)
-    c, s = np.cos(theta), np.sin(theta)
+    g, c, s = weight_in_frame(model.shaking, model.gravity, t, theta)
     band_multiply(model.bands, SPIN_BAND, q, NW)
     band_multiply(model.bands, GRAVITY_BAND, q, DB)
     # K W = K B, but in W the rounding of K x would hold the beam like a spring, the stiffer the finer the mesh
@@ -360,6 +362,36 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
 
 
 @jitable
+def _supplied_power(
+    shaking: Shaking | None, model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
+) -> float:
+    """Power (W) of the torque on the hub and of the inertia force by a shaken base.
+
+    The compiler drops the latter of a base that is not shaken.
+    """
+    power: float = model.torque * qd[0]
+    if shaking is None:
+        return power
+    u, DB = model.vectors, w.vectors.scratch_b
+    theta, spin = _frame(model, q, qd)
+    along, across = direction_in_frame(shaking, np.cos(theta), np.sin(theta))
+    band_multiply(model.bands, GRAVITY_BAND, q, DB)
+    bent, bending, rigid, my, my_rate = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(q.shape[0]):
+        DB[i] -= theta * u[GRAVITY_RIGID, i]
+        bent += DB[i] * q[i]
+        bending += DB[i] * qd[i]
+        rigid += DB[i] * u[RIGID, i]
+        my += u[LOAD, i] * q[i]
+        my_rate += u[LOAD, i] * qd[i]
+    # first moments of mass along x and y of the frame, and their rates in it
+    mx, mx_rate = model.static_moment - 0.5 * (bent - theta * rigid), -(bending - spin * rigid)
+    my, my_rate = my - theta * model.static_moment, my_rate - spin * model.static_moment
+    momentum: float = along * (mx_rate - spin * my) + across * (my_rate + spin * mx)
+    return power - base_acceleration(shaking, t) * momentum
+
+
+@jitable
 def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
     """Damping forces Cd W' into the row SCRATCH_A; their power (W)."""
     v, n, power = w.vectors, qd.shape[0], 0.0
@@ -386,9 +418,9 @@ def nodal_damping(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
 @jitable
 def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill forces and contact rows at (q, q')."""
-    rank_one, damping = _forces(model, q, qd, w)
+    rank_one, damping = _forces(model, t, q, qd, w)
     e = _contact_at(model.places, model, q, qd, True, True, w)
-    return _with_powers(e, damping, model.torque * qd[0], rank_one)
+    return _with_powers(e, damping, _supplied_power(model.shaking, model, t, q, qd, w), rank_one)
 
 
 @jitable
@@ -398,21 +430,21 @@ def take_nodal_residual(
     """Take forces and the residual f - K W - Cd W' - M W'' and, with `contact`, the rows; no biases."""
     v = w.vectors
     forces, residual = v.forces, v.residual
-    rank_one, damping = _forces(model, q, qd, w)
+    rank_one, damping = _forces(model, t, q, qd, w)
     e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if contact:
         e = _contact_at(model.places, model, q, qd, True, False, w)
     multiply_nodal_mass(model, rank_one, w, qdd, residual)
     for i in range(q.shape[0]):
         residual[i] = forces[i] - residual[i]
-    return _with_powers(e, damping, model.torque * qd[0], rank_one)
+    return _with_powers(e, damping, _supplied_power(model.shaking, model, t, q, qd, w), rank_one)
 
 
 @jitable
 def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
     """Gap, slip and their rates at (q, q'), the rows with `contact`."""
     e = _contact_at(model.places, model, q, qd, contact, False, w)
-    return _with_powers(e, 0.0, model.torque * qd[0], 0.0)
+    return _with_powers(e, 0.0, _supplied_power(model.shaking, model, t, q, qd, w), 0.0)
 
 
 @jitable

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
+from oblique_impact.beam.shaking import base_acceleration, direction_in_frame
 
 Complex = NDArray[np.complex128]
 
@@ -152,7 +153,7 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     whole, inner = _sums(beam, points, spins, B)
     ux, ux_dot = inner[:2]
     mx, mx1, mx2, my, my1, my2, turned = whole[3:, None] - inner[3:]  # of the part outside of each station
-    along, across = (beam.scenario.gravity * f(motion.q[:, 0]) for f in (np.sin, np.cos))
+    along, across = _weights(beam, motion)
     mass = sections.tip_mass + np.append(np.cumsum(points.masses[::-1])[::-1], 0.0)[stations.cells, None]
     axial = spin_rate * my + 2.0 * spin * my1 + spin**2 * mx - mx2 - mass * along
     transverse = spin**2 * my - spin_rate * mx - 2.0 * spin * mx1 - my2 - mass * across
@@ -168,6 +169,16 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     shear = slope * axial - (1.0 - 0.5 * beam.foreshortening * slope**2) * transverse
     modulus = (sections.fibre_distance(x) / sections.second_moment(x))[:, None]
     return Fields(ux, uy, ux_dot, uy_dot, moment, shear, axial, modulus * moment)
+
+
+def _weights(beam: Beam, motion: Motion) -> Array:
+    """Weight of a unit mass against x and y of the frame (m/s^2), with the inertia force by a shaken base."""
+    shaking, sine, cosine = beam.shaking, np.sin(motion.q[:, 0]), np.cos(motion.q[:, 0])
+    weights = beam.scenario.gravity * np.stack([sine, cosine])
+    if shaking is not None:
+        accelerations = np.array([base_acceleration(shaking, t) for t in motion.time.tolist()])
+        weights += accelerations * np.stack(direction_in_frame(shaking, cosine, sine))
+    return weights
 
 
 def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, Array]:

@@ -88,6 +88,7 @@ _NUMERIC_SOURCE = (
     "beam/floating_frame.py",
     "beam/hermite.py",
     "beam/nodal_frame.py",
+    "beam/shaking.py",
 )
 
 

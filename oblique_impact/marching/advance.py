@@ -44,6 +44,7 @@ class Limits(NamedTuple):
     """Bounds of time and steps at which a march returns."""
 
     t_stop: float  # s
+    end: float  # s, of the run, which keeps its last sample by itself
     interval: float  # s, of output samples
     most_steps: int
 
@@ -151,7 +152,7 @@ def bounded(y: Array, s: Scratch) -> bool:
 @jitable
 def keep_sample(t: float, y: Array, limits: Limits, samples: Samples) -> None:
     """Keep the end of a step as a sample if one is due."""
-    if t >= samples.counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.t_stop:
+    if t >= samples.counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.end:
         copy(y, samples.states[new_sample(t, samples)])
         samples.counts[NEXT] = int(t / limits.interval * (1.0 + 1e-12)) + 1
 

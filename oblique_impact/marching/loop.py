@@ -170,7 +170,8 @@ class Run:
     def _march_to(self, end: float) -> None:
         problem = self.problem
         while True:
-            limits = Limits(float(end), float(problem.output_interval), self._steps_per_call)
+            bounds = float(end), float(problem.end_time), float(problem.output_interval)
+            limits = Limits(*bounds, self._steps_per_call)
             stepper = problem.scheme.stepper(self.prepared, self._phase, self._before, limits)
             progress = march(stepper, self._now, self._y)
             self._now = progress.state

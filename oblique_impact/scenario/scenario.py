@@ -22,6 +22,7 @@ from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
+    BaseSection,
     BeamSection,
     ContactSection,
     DiscretizationSection,
@@ -78,6 +79,7 @@ class Scenario(Section):
     beam: BeamSection = BeamSection()
     root: RootSection = RootSection()
     initial: InitialSection = InitialSection()
+    base: BaseSection = BaseSection()
     slope: SlopeSection = SlopeSection()
     contact: ContactSection = ContactSection()
     obstacles: Annotated[tuple[ObstacleSection, ...], Field(strict=False, max_length=MAX_OBSTACLES)] = key(
@@ -159,6 +161,12 @@ class Scenario(Section):
     def is_absolute(self) -> bool:
         """Whether the beam is the geometrically exact one in absolute coordinates."""
         return self.discretization.method == "absolute"
+
+    @property
+    def largest_gravity(self) -> float:
+        """The largest acceleration of gravity (m/s^2) that is felt on a shaken base."""
+        c, s = math.cos(self.base.direction), math.sin(self.base.direction)
+        return max(math.hypot(a * c, self.gravity + a * s) for a in self.base.extremes)
 
     @property
     def contact_fibre(self) -> float:

@@ -23,6 +23,7 @@ MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
 MAX_GRID = 1024
+MAX_ROWS = 10_000
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
@@ -155,6 +156,56 @@ class InitialSection(Section):
 
     angle: Angle = key(math.pi / 4, "angle of the beam from the horizontal")
     angular_velocity: Annotated[Finite, Unit("rad/s")] = key(0.0, "angular velocity of the beam")
+
+
+def _ascends_in_time(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    if len(rows) == 1 or any(b[0] <= a[0] for a, b in pairwise(rows)):
+        raise ValueError("two or more rows [time, acceleration] with strictly ascending times, or [] for none")
+    return rows
+
+
+class BaseSection(Section):
+    """A base that is shaken: root and obstacles move with it, and all motion is relative to it."""
+
+    acceleration: Annotated[Finite, Unit("m/s^2")] = key(
+        0.0,
+        "amplitude of the base's acceleration, acceleration sin(2 pi (frequency t + sweep_rate t^2/2)); 0: it "
+        "stands still",
+    )
+    frequency: Annotated[NonNegative, Unit("Hz")] = key(0.0, "frequency of the acceleration, of a sweep at t = 0")
+    sweep_rate: Annotated[Finite, Unit("Hz/s")] = key(0.0, "rate at which the frequency changes")
+    direction: Angle = key(math.pi / 2, "direction of the acceleration from the horizontal; pi/2 is upwards")
+    table: Annotated[
+        tuple[Pair, ...],
+        Unit("m/s^2", over="s"),
+        Field(strict=False, max_length=MAX_ROWS),
+        AfterValidator(_ascends_in_time),
+    ] = key(
+        (),
+        "in the place of the harmonic one an acceleration over time, rows [time in s, acceleration], linear "
+        "between them and constant before the first and after the last",
+    )
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys that a table replaces, and an acceleration without a frequency."""
+        for name in ("acceleration", "frequency", "sweep_rate") if self.table else ():
+            if getattr(self, name) != 0.0:
+                yield name, "base.table is given too; give one of the two"
+        if self.acceleration != 0.0 and self.frequency == self.sweep_rate == 0.0:
+            yield "frequency", "should be greater than 0 with base.acceleration, or base.sweep_rate not 0"
+
+    @property
+    def is_shaken(self) -> bool:
+        """Whether the base moves."""
+        return any(self.extremes)
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Least and largest acceleration (m/s^2) in the direction."""
+        if self.table:
+            values = [value for _, value in self.table]
+            return min(values), max(values)
+        return -abs(self.acceleration), abs(self.acceleration)
 
 
 class SlopeSection(Section):

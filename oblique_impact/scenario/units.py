@@ -52,6 +52,7 @@ class Unit:
     """SI unit of a key, for pydantic's ``Annotated``: texts with a unit become numbers before validation."""
 
     symbol: str  # as it is typed, such as "kg/m^3"
+    over: str = "m"  # in tables, the unit of the first number of a row
 
     @property
     def shown(self) -> str:
@@ -79,7 +80,8 @@ class Unit:
         for number, row in enumerate(value, start=1):
             try:
                 is_pair = isinstance(row, list | tuple) and len(row) == 2
-                rows.append([Unit("m").convert(row[0]), self.convert(row[1])] if is_pair else self.convert(row))
+                of_first = Unit(self.over) if is_pair else self
+                rows.append([of_first.convert(row[0]), self.convert(row[1])] if is_pair else self.convert(row))
             except ValueError as error:
                 raise ValueError(f"{error}; entry {number} is {str(row)[:40]!r}") from None
         return rows

@@ -22,10 +22,12 @@ UNITS = {
     "m": "beam.length beam.outer_fibre beam.section.width beam.section.height beam.section.diameter "
     "beam.section.thickness beam.section.flange_thickness beam.section.web_thickness "
     "root.hub_radius slope.origin slope.extent contact.point discretization.nodes",
-    "rad": "initial.angle slope.angle",
+    "rad": "initial.angle slope.angle base.direction",
     "rad/s": "root.spin_rate initial.angular_velocity",
     "1/s": "beam.mass_proportional solver.baumgarte",
-    "m/s^2": "gravity",
+    "m/s^2": "gravity base.acceleration base.table",
+    "Hz": "base.frequency",
+    "Hz/s": "base.sweep_rate",
     "m^2": "beam.area",
     "m^4": "beam.second_moment",
     "kg/m^3": "beam.density",

@@ -1,0 +1,80 @@
+"""A shaken base against other gravities, and tables over time; the rest are the checks of the group `base`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from oblique_impact import Scenario, simulate
+
+MODELS = {
+    "modes": "discretization.modes=4",
+    "mean-axis": "discretization.modes=4 discretization.frame=mean-axis discretization.kinetics=full",
+    "elements": "discretization.method=fem discretization.elements=8 discretization.modes=4",
+    "nodes": "discretization.method=fem discretization.elements=8 discretization.modes=0",
+    "exact": "discretization.method=absolute contact.normal=spring discretization.elements=4",
+    "held": "root.kind=driven root.hub_radius=0.1",
+    "hub": "root.kind=hub root.hub_radius=0.1 root.inertia=0.01 root.torque=1",
+    "fixed-step": "solver.scheme=fixed-step",
+    "generalized-alpha": "solver.scheme=generalized-alpha",
+}
+#: coarse steps, the same in both runs
+SHORT = ["end_time=0.1", "solver.output_interval=0.01", "solver.free_step=1e-3", "contact.enabled=false"]
+
+
+def run(name: str, keys: list[str]):
+    return simulate(Scenario.builtin(name, keys))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_steady_acceleration_is_a_gravity(model):
+    """The base is accelerated in the direction d: gravity acts against d, or all is turned until d is upwards."""
+    keys, turned, a = [*MODELS[model].split(), *SHORT], 0.9, 25.0
+    shaken = run("paper", [*keys, "gravity=0", f"base.table=[[0,{a}],[1,{a}]]", f"base.direction={turned}"])
+    angle = np.pi / 4 + np.pi / 2 - turned
+    still = run("paper", [*keys, f"gravity={a}", f"initial.angle={angle!r}"])
+    assert_allclose(shaken["theta"] + np.pi / 2 - turned, still["theta"], atol=1e-10)
+    assert_allclose(shaken["uy"], still["uy"], atol=1e-10)
+    for force in ("moment", "shear", "axial_force"):
+        of_shaken, of_still = (h.section_forces()[force].values for h in (shaken, still))
+        assert_allclose(of_shaken, of_still, atol=1e-6 * np.nanmax(np.abs(of_still)))
+    # the base does the work that gravity does
+    supplied, given = shaken.summary["energy"]["supplied"], still.summary["energy"]
+    work = given["supplied"] - (given["gravity"] - still["energy_gravity"].values[0])
+    # generalized-alpha samples powers to second order of its step
+    assert supplied == pytest.approx(work, abs=1e-6 if model in ("nodes", "generalized-alpha") else 1e-9)
+
+
+@pytest.mark.parametrize("keys", [["discretization.modes=4"], ["contact.grid=16", "discretization.elements=16"]])
+def test_time_stepping_on_a_base_that_is_accelerated_upwards(keys):
+    """A beam that slaps onto a table: less gravity and a base that makes up for it."""
+    found = [
+        run("slap", [*keys, "end_time=0.12", *more])
+        for more in ([], ["gravity=4", "base.table=[[0,5.8],[1,5.8]]"])
+    ]
+    still, shaken = found
+    assert_allclose(shaken["theta"], still["theta"], atol=1e-9)
+    assert [e.kind for e in shaken.events] == [e.kind for e in still.events]
+    # impulses are of first order in the step, the balance is exact
+    assert abs(shaken.summary["energy"]["unaccounted"]) < 1e-8
+
+
+@pytest.mark.parametrize("scheme", ["event", "generalized-alpha"])
+def test_rows_of_a_table_on_a_line_change_nothing(scheme):
+    """A step ends at each of its kinks, and samples stay where they are due."""
+    ends, between = [[0, -30], [0.05, 60], [0.1, 10]], [[0, -30], [0.02, 6], [0.05, 60], [0.0613, 48.7], [0.1, 10]]
+    keys = [f"solver.scheme={scheme}", *SHORT, "solver.free_step=1e-5"]
+    one, other = (run("paper", [*keys, f"base.table={rows}"]) for rows in (ends, between))
+    assert_allclose(one["time"], other["time"], rtol=1e-12)
+    assert_allclose(one["theta"], other["theta"], atol=1e-10 if scheme == "event" else 1e-8)
+
+
+def test_a_harmonic_acceleration_is_that_of_a_fine_table():
+    """A sweep with its phase 2 pi (f t + r t^2/2), sampled finely: the error of a table falls like h^2."""
+    t = np.linspace(0.0, 0.1, 2001)
+    rows = np.stack([t, 30.0 * np.sin(2.0 * np.pi * (20.0 * t + 50.0 * t**2))], axis=1).tolist()
+    sweep = ["base.acceleration=30", "base.frequency=20", "base.sweep_rate=100"]
+    harmonic, table = (run("paper", [*SHORT, *keys]) for keys in (sweep, [f"base.table={rows}"]))
+    assert_allclose(table["theta"], harmonic["theta"], atol=1e-7)
+    assert np.ptp((harmonic["theta"] - run("paper", SHORT)["theta"]).values) > 1e-3
