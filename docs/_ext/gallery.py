@@ -18,6 +18,7 @@ ORDER = (
     "friction_slope",
     "two_pegs",
     "gap",
+    "shaken",
     "campbell",
     "own_laws",
     "own_system",
