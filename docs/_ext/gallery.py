@@ -20,6 +20,7 @@ ORDER = (
     "gap",
     "slap",
     "edge",
+    "shaken",
     "campbell",
     "own_laws",
     "own_system",

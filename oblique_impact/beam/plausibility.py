@@ -23,6 +23,8 @@ MAX_GYRATION = 0.2
 _FIRST_MODE = 3.5160
 #: damping ratio of the first bending mode: metal beams have below 0.01, bolted structures up to this
 MAX_DAMPING = 0.05
+#: steps of a period of the base's shaking: with fewer the second-order error of its impulses is above 1 %
+SHAKING_STEPS = 18
 
 
 def implausible_values(scenario: Scenario) -> list[str]:
@@ -101,3 +103,7 @@ def _slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
     period = float(2.0 * math.pi / _FIRST_MODE * np.sqrt(sections.mass * sections.length**3 / stiffness))
     if not step <= period:
         yield f"solver.free_step: {step:g} s is longer than the beam's first period of about {period:.3g} s"
+    fastest = max(abs(s.base.frequency + s.base.sweep_rate * t) for t in (0.0, s.end_time))
+    if s.base.is_shaken and step * fastest * SHAKING_STEPS > 1.0:
+        shaking = f"a period of the base of {1.0 / fastest:.3g} s"
+        yield f"solver.free_step: {step:g} s is longer than 1/{SHAKING_STEPS} of {shaking}"

@@ -59,6 +59,8 @@ def range_text(schema: dict[str, Any]) -> str:
         return "list of tables"
     if schema["type"] == "array":
         items = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
+        if items.get("type") == "array":
+            return "table of pairs of numbers"
         count = "two" if schema.get("maxItems") == 2 else "list of"
         return f"{count} {range_text(items).replace('number', 'numbers', 1)}"
     plain = {"boolean": "true, false", "string": "text"}

@@ -26,6 +26,7 @@ _COLLISIONS: dict[str, tuple[float, ...]] = {
     "many-modes": (0.317, 0.700),
     "mid-span": (0.333, 0.608),
     "rigid-limit": (0.174, 0.345, 0.377),
+    "shaken": (0.143,),
     "slap": (0.375,),
     "spin-up": (),
     "sticking": (0.551,),

@@ -136,6 +136,13 @@ class _Beam:
         )
 
     @cached_property
+    def felt(self):
+        """Gravity that is felt on a shaken base, (samples, 1)."""
+        base = self.scenario.base
+        a = base.acceleration * np.sin(2.0 * np.pi * base.frequency * self.time[:, None])
+        return -1j * self.scenario.gravity - a * np.exp(1j * base.direction)
+
+    @cached_property
     def gravity_energy(self):
         return self.scenario.gravity * self.z_points.imag @ self.mass
 

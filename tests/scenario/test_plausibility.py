@@ -36,6 +36,10 @@ DOUBTS = {
         ["solver.scheme=fixed-step", "solver.free_step=0.1"],
         [("solver.free_step: 0.1 s", "first period of about 0.0716 s")],
     ),
+    "steps on a shaken base": (
+        ["solver.scheme=fixed-step", "solver.free_step=0.002", "base.acceleration=1", "base.sweep_rate=50"],
+        [("solver.free_step: 0.002 s", "1/18 of a period of the base of 0.02 s")],
+    ),
 }
 
 

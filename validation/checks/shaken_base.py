@@ -240,3 +240,19 @@ def one_contact() -> Iterator[Measurement]:
             what,
             f"impulse-{name}",
         )
+
+
+@check("A clamped strip that strikes a stop on a shaken base: modes, elements and the exact beam.", seconds=4.0)
+def strip() -> Iterator[Measurement]:
+    """The built-in case `shaken`: when its first five contacts begin; it starts at rest."""
+    steps = ("solver.free_step=1e-4", "solver.contact_step=1e-4", "discretization.elements=6")
+    # mesh and steps of the exact beam take 1e-5 s each, six modes 4e-6 s
+    others = {"fem": ((FEM,), 1e-7), "exact": (("discretization.method=absolute", *steps), 3e-5)}
+    reference = run("shaken", "end_time=0.3").contacts
+    for name, (keys, tolerance) in others.items():
+        found = run("shaken", "end_time=0.3", *keys).contacts
+        for number, (contact, other) in enumerate(zip(found, reference, strict=True), start=1):
+            text, tail = "six assumed modes, event scheme", f"{name}-{number}"
+            yield Measurement(
+                f"start of contact {number}, {name}", contact.start, other.start, "s", tolerance, text, tail
+            )
