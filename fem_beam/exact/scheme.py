@@ -159,12 +159,12 @@ class ExactStepper:
 
     def _step(self, length: float, contacts: dict[int, Contact] | None = None) -> Step:
         """Return a step, with the closed contacts or others in their place, and reactions of all contacts."""
-        contacts, still = contacts or self._closed, self.system.shaking is None
+        contacts = contacts or self._closed
         step = advance(
             self.system.beam,
             self._stage,
             length,
-            self.system.load if still else self.system.load + self.system.inertia_force(self._time + 0.5 * length),
+            self.system.load_at(self._time + 0.5 * length),
             held=self.system.held(self._time + length),
             viscosity=self._scenario.beam.kelvin_voigt,
             contacts=list(contacts.values()),
@@ -185,7 +185,8 @@ class ExactStepper:
         if self.system.is_hub:
             gained[SUPPLIED] += scenario.root.torque * float(q1[2] - q0[2])
         if self.system.shaking is not None:
-            gained[SUPPLIED] += float(self.system.inertia_force(self._time + 0.5 * length) @ (q1 - q0))
+            force = self.system.inertia_force(self.system.shaking, self._time + 0.5 * length)
+            gained[SUPPLIED] += float(force @ (q1 - q0))
         for i, contact in self._closed.items():
             own = contact.gained(q0, q1, float(step.reactions[i]), length)
             gained[_OF_EACH] += own

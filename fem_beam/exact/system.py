@@ -85,18 +85,14 @@ class ExactSystem:
         """How the base is shaken; None if it stands still."""
         return shaking_of(self.scenario)
 
-    def inertia_force(self, t: float) -> Array:
-        """Return the inertia force (3 n,) at an instant (s) by a shaken base."""
-        if self.shaking is None:
-            return np.zeros(self.beam.size)
-        return -base_acceleration(self.shaking, t) * self._masses
+    def load_at(self, t: float) -> Array:
+        """Return the forces (3 n,) from outside at an instant (s), with the inertia force on a shaken base."""
+        return self.load if self.shaking is None else self.load + self.inertia_force(self.shaking, t)
 
-    @cached_property
-    def _masses(self) -> Array:
-        """Inertia (3 n,) against a unit acceleration in the direction of the shaking."""
-        assert self.shaking is not None
-        direction = np.tile([self.shaking.cosine, self.shaking.sine, 0.0], self.beam.x.size)
-        return np.asarray(self.beam.M @ direction)
+    def inertia_force(self, shaking: Shaking, t: float) -> Array:
+        """Return the inertia force (3 n,) at an instant (s) on a shaken base."""
+        direction = np.tile([shaking.cosine, shaking.sine, 0.0], self.beam.x.size)
+        return np.asarray(-base_acceleration(shaking, t) * (self.beam.M @ direction))
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

@@ -4,7 +4,8 @@ The energy balance accounts for losses by impacts, friction, damping and the sch
 
     initial + supplied - lost_impact - lost_friction - lost_damping - lost_scheme - final = unaccounted
 
-Losses are integrated along with the motion (friction, damping, stabilization) or summed over the
+Work is supplied by driven roots, torques on a hub and a shaken base, to which all velocities and energies are
+relative.  Losses are integrated along with the motion (friction, damping, stabilization) or summed over the
 impacts; energies are evaluated from the states.  `unaccounted` is therefore an independent check of both.
 """
 

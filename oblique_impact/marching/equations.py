@@ -25,7 +25,7 @@ class Quadratures(NamedTuple):
     damping_loss: float  # J, by the system's own damping
     stabilization_loss: float  # J, by the constraint's stabilization and the scheme itself
     stop_loss: float  # J, by the damping of a compliant stop, and where the beam slides off it
-    supplied: float  # J, by drives and moving boundaries
+    supplied: float  # J, by drives, moving boundaries and a shaken base
 
 
 NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED = range(7)

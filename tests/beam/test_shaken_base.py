@@ -16,7 +16,6 @@ MODELS = {
     "exact": "discretization.method=absolute contact.normal=spring discretization.elements=4",
     "held": "root.kind=driven root.hub_radius=0.1",
     "hub": "root.kind=hub root.hub_radius=0.1 root.inertia=0.01 root.torque=1",
-    "fixed-step": "solver.scheme=fixed-step",
     "generalized-alpha": "solver.scheme=generalized-alpha",
 }
 #: coarse steps, the same in both runs
@@ -46,17 +45,13 @@ def test_a_steady_acceleration_is_a_gravity(model):
     assert supplied == pytest.approx(work, abs=1e-6 if model in ("nodes", "generalized-alpha") else 1e-9)
 
 
-@pytest.mark.parametrize("keys", [["discretization.modes=4"], ["contact.grid=16", "discretization.elements=16"]])
-def test_time_stepping_on_a_base_that_is_accelerated_upwards(keys):
+def test_time_stepping_on_a_base_that_is_accelerated_upwards():
     """A beam that slaps onto a table: less gravity and a base that makes up for it."""
-    found = [
-        run("slap", [*keys, "end_time=0.12", *more])
-        for more in ([], ["gravity=4", "base.table=[[0,5.8],[1,5.8]]"])
-    ]
-    still, shaken = found
+    keys = ["contact.grid=16", "discretization.elements=16", "end_time=0.39"]
+    still, shaken = (run("slap", [*keys, *more]) for more in ([], ["gravity=4", "base.table=[[0,5.8],[1,5.8]]"]))
+    assert still.events
     assert_allclose(shaken["theta"], still["theta"], atol=1e-9)
     assert [e.kind for e in shaken.events] == [e.kind for e in still.events]
-    # impulses are of first order in the step, the balance is exact
     assert abs(shaken.summary["energy"]["unaccounted"]) < 1e-8
 
 
