@@ -99,7 +99,7 @@ def jitable(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Mark a `jitable` function that does little but name things: calls of it cost nothing."""
+    """Mark a `jitable` function that only names things, or is called in one place: calls of it cost nothing."""
     decorated: F = register_jitable(forceinline=True, **_INNER_OPTIONS)(function)
     return decorated
 

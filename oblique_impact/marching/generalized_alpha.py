@@ -128,7 +128,7 @@ def _report(a: Attempt, h: float, solution: Solution) -> Solution:
     return Solution(solution.status, end, solution.rank_one)
 
 
-@jitable
+@inlined
 def _report_contact(a: Attempt, phase: Phase, i: int, h: float, end: Instant) -> Instant:
     """Keep the forces of contact i, measure its guards, return it with the forces to report."""
     arrays, s, lag, k = a.phase.arrays, a.scratch, a.c.alpha_f * h, 2 * i
