@@ -52,8 +52,8 @@ class Yielding(NamedTuple):
 
 
 @inlined
-def memory(y: Yielding, h: float) -> float:
-    """Return a of a step of length h (s)."""
+def weight_of_end(y: Yielding, h: float) -> float:
+    """Return a, the weight of the end of a step of length h (s)."""
     return max(0.5 + y.viscosity / h, 1.0)
 
 
@@ -70,7 +70,7 @@ def turn_places(y: Yielding, theta: float) -> None:
 @jitable
 def push_places(y: Yielding, h: float, impulses: Array, closed: NDArray[np.int64], m: int) -> None:
     """Take the deflections at the end of a step with the impulses (2 m,), N s, of the m `closed` places."""
-    a, n = memory(y, h), y.pressed.shape[0]
+    a, n = weight_of_end(y, h), y.pressed.shape[0]
     if n == 0:
         return
     for i in range(n):
@@ -96,4 +96,4 @@ def end_step(y: Yielding, h: float) -> tuple[float, float]:
     for i in range(y.pressed.shape[0]):
         y.deflections[i] += y.moved[i]
         y.pressed[i] = y.after[i] if abs(y.after[i]) > _NOTHING else 0.0
-    return y.viscosity / h * change, (memory(y, h) - 0.5 - y.viscosity / h) * change
+    return y.viscosity / h * change, (weight_of_end(y, h) - 0.5 - y.viscosity / h) * change

@@ -46,7 +46,7 @@ from oblique_impact.contact.impulses import (
     solve_impulses,
 )
 from oblique_impact.contact.state import SIDE, ContactArrays, Phase
-from oblique_impact.contact.yielding import Yielding, end_step, memory, push_places, turn_places
+from oblique_impact.contact.yielding import Yielding, end_step, push_places, turn_places, weight_of_end
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
 from oblique_impact.marching.advance import (
@@ -219,7 +219,7 @@ def _take_contact(
                 entry = dot(directions[i, a], responses[j, c])
                 if yields:
                     across = b.yielding.across[i, a] * b.yielding.across[j, c]
-                    entry += 2.0 / (memory(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
+                    entry += 2.0 / (weight_of_end(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
                 if stepper.flexible and a == c == 1:
                     entry += shared_flexibility(b.flexibility[i], b.flexibility[j]) / (h * h)
                 p.delassus[2 * m + a, 2 * k + c] = entry

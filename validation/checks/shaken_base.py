@@ -170,7 +170,7 @@ def _stiff_rod(modulus: float) -> float:
 
 @check("A stiff beam, upside down on a pin that is shaken along the vertical, is a pendulum.", seconds=1.0)
 def pendulum() -> Measurement:
-    """What bending adds falls like the flexibility: two moduli give the rigid limit."""
+    """Bending changes the angle in proportion to the flexibility; two moduli are extrapolated to a rigid beam."""
     angle = (10.0 * _stiff_rod(1e16) - _stiff_rod(1e15)) / 9.0
     text = "theta'' = -3/2 (g + a(t)) cos theta, integrated by SciPy's DOP853 to 1e-13"
     return Measurement(f"angle after {_END} s", angle, _pendulum(), "rad", 1e-10, text)
