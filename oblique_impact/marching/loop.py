@@ -198,7 +198,7 @@ class Run:
         return failure
 
     def _foresee_steps(self) -> None:
-        """End a run that at the pace of its last steps would need absurdly many.
+        """End a run that would need far too many steps if they stay as short as the last ones.
 
         Steps of a given length are counted before a run, by a rule of the scenario.
         """
