@@ -39,7 +39,7 @@ def validate(
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check everything against something outside it; writes report.html, results.json and results.csv."""
+    """Check the program against closed forms, published tables and other programs; writes a report."""
     from oblique_impact.validation.suite import counts, select
     from oblique_impact.validation.suite import validate as compute
 
@@ -71,7 +71,10 @@ def refine(
         ),
     ] = None,
     predictability: Annotated[
-        bool, typer.Option("--predictability", help="Judge by perturbed runs whether event times mean anything.")
+        bool,
+        typer.Option(
+            "--predictability", help="Sensitivity of event times, from runs with perturbed initial angles."
+        ),
     ] = False,
     study: Annotated[
         str | None,
