@@ -409,7 +409,7 @@ class FullBeam(Beam):
         assert self.operators.along is not None
         places, size = self.contact_places, self.size + 1
         return NodalPlaces(
-            HermiteShapes(self.operators.along.edges),
+            HermiteShapes.on(self.operators.along.edges),
             np.array([place.on_side for place in places]),
             np.array([place.numbers for place in places], dtype=float),
             np.zeros(size),
