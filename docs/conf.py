@@ -96,6 +96,7 @@ html_title = "oblique-impact"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_js_files = ["site.js"]
+html_search_scorer = "search.js"
 html_copy_source = False
 html_show_sourcelink = False
 html_last_updated_fmt = None

@@ -156,7 +156,7 @@ class Composer:
         return box[0] + 1, box[1] + band, box[2] - 1, box[3] - band
 
     def _keep(self, name: str, text: Text) -> None:
-        """Let a text move."""
+        """Redraw a text in each frame."""
         self._texts[name] = text
         self.sheet.move(text, beside=True)
 

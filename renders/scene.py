@@ -390,7 +390,7 @@ class Shadow:
         self.mesh.point_data["tone"] = self._tone
 
     def move(self, k: float) -> bool:
-        """Fall from the beam at the fractional sample k; returns whether there is a shadow."""
+        """Cast the shadow of the beam at the fractional sample k; returns whether there is one."""
         geometry, ((x0, y0), (x1, y1)) = self._geometry, self._ends
         axis = geometry.centreline(k)
         if not np.all(np.isfinite(axis)) or abs(y1 - y0) >= 10.0 * abs(x1 - x0):  # a plane that is almost upright

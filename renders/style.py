@@ -140,7 +140,7 @@ def figure_style(theme: Theme | None = None) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Style:
-    """Say what a picture shows, and how.
+    """Contents and appearance of a picture.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """Checks against independent references, comparisons of runs, and studies of many runs.
 
 `validate`   every check against something outside the program: a list of `Result`
-`compare`    two histories, events aligned: a `Comparison`
+`compare`    two histories, events aligned: a `Comparison`; `compare_all` compares several with the first
 `refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from oblique_impact.validation.comparison import Comparison as Comparison
     from oblique_impact.validation.comparison import compare as compare
+    from oblique_impact.validation.comparison import compare_all as compare_all
+    from oblique_impact.validation.comparison import save_comparison as save_comparison
     from oblique_impact.validation.paper.command import Reproduction as Reproduction
     from oblique_impact.validation.paper.command import reproduce as reproduce
     from oblique_impact.validation.studies.design import AxisSection as AxisSection
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
 
 # pandas, joblib and matplotlib take a second to load: a command that needs none of them does not wait
 _MODULES = {
-    "comparison": ("Comparison", "compare"),
+    "comparison": ("Comparison", "compare", "compare_all", "save_comparison"),
     "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
     "studies.ladders": ("StudyResult",),

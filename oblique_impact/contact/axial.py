@@ -31,7 +31,7 @@ class AxialFlexibility(NamedTuple):
 
     @property
     def compliant(self) -> bool:
-        """Whether there is any."""
+        """Whether the axis is compliant."""
         return bool(self.along[1, -1] > 0.0)
 
     def of(self, contact: int) -> Callable[[float], float]:
@@ -43,7 +43,7 @@ class AxialFlexibility(NamedTuple):
 
     @classmethod
     def none(cls, contacts: int) -> AxialFlexibility:
-        """Return that of a beam that does not stretch."""
+        """Return the axial flexibility of a beam that does not stretch: 0."""
         return cls(np.array([[0.0, 1.0], [0.0, 0.0]]), np.zeros(contacts), np.ones(contacts))
 
 

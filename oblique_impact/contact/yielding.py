@@ -27,7 +27,7 @@ _NOTHING = 1e-30  # N: what has relaxed to less is zero, so that no step compute
 
 
 class Yielding(NamedTuple):
-    """What n places without inertia yield by; of a mesh, whose own nodes have none, n is 0."""
+    """Deflections of n places without inertia; n is 0 for a mesh, whose own nodes have no inertia."""
 
     flexibility: Array  # (n, n) m/N
     viscosity: float  # s
@@ -89,7 +89,7 @@ def push_places(y: Yielding, h: float, impulses: Array, closed: NDArray[np.int64
 
 @jitable
 def end_step(y: Yielding, h: float) -> tuple[float, float]:
-    """Go on to the next step; returns what damping and scheme have taken (J) in the last one."""
+    """Begin the next step; returns the energy (J) that damping and scheme have taken in the last one."""
     change = 0.0
     for i in range(y.pressed.shape[0]):
         change += (y.after[i] - y.pressed[i]) * y.moved[i]

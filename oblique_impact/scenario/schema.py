@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -69,3 +70,16 @@ def schema_of(name: str) -> dict[str, Any] | None:
     if section in item_models(Scenario) and number.isdecimal() and int(number) > 0:
         return schemas_of(item_models(Scenario)[section]).get(key)
     return key_schemas().get(name)
+
+
+def label_of(name: str) -> str:
+    """Return the name of a key on axes and in tables: the first clause of what a number means, else the key.
+
+    >>> label_of("contact.mu_static"), label_of("contact.friction"), label_of("obstacles.1.radius")
+    ('static coefficient of friction', 'contact friction', 'radius of the peg, obstacle 1')
+    """
+    schema, parts = schema_of(name) or {}, name.split(".")
+    of = f", obstacle {parts[1]}" if parts[0] == "obstacles" and len(parts) > 1 else ""
+    if "unit" in schema:
+        return re.split(r"[,:;([]", schema["description"])[0].strip() + of
+    return " ".join(parts[2:] if of else parts).replace("_", " ") + of
