@@ -447,5 +447,5 @@ def _write_csv(history: History, samples: Integers, file: Path) -> list[Path]:
         variable = column if column in history else column.rpartition("_")[0]  # q_0, q_1 ... of q
         return f"{column} ({history[variable].attrs.get('units', '1')})"
 
-    history.time_series.iloc[samples].rename(columns=with_unit).to_csv(file, index=False)
+    history.to_dataframe().iloc[samples].rename(columns=with_unit).to_csv(file, index=False)
     return [file]

@@ -134,6 +134,9 @@ class ExactSystem:
         """Leave accelerations at zero."""
         return True
 
+    def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
+        """Do nothing: each place is evaluated from the coordinates."""
+
     def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Kinematics of one place."""
         return Evaluation(*self.touchings[place].place(Stage(q, qd))[:4], *[0.0] * 5)

@@ -38,6 +38,9 @@ class Axis(NamedTuple):
 class Shapes(Protocol):
     """Shape functions of a beam at any place along it."""
 
+    def bend(self, B: Array, Bd: Array) -> None:
+        """Take what the other methods have in common at all places in a state."""
+
     def bent_axis(self, x: float, B: Array, polynomial: Array) -> Axis:
         """Displacements, slope and curvature of the axis at x (m); `polynomial` (12,) is for `take_shapes`."""
 
@@ -115,6 +118,11 @@ def panel_of(edges: Array, x: float) -> int:
         else:
             low = middle
     return low
+
+
+@jitable
+def _bend(s: AxisShapes, B: Array, Bd: Array) -> None:
+    """Do nothing: the integrals of products of slopes up to the panels are constant."""
 
 
 @jitable
@@ -278,6 +286,7 @@ class AxisShapes(_PanelData):
     """Few shape functions, each of which spans the beam: those of modes."""
 
     __slots__ = ()
+    bend = _bend
     bent_axis = _bent_axis
     take_shapes = _take_shapes
 

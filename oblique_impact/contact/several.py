@@ -199,6 +199,7 @@ def touch_contacts(
     Returns the smallest distance (m) of a contact in flight and the largest gap rate (m/s).
     """
     least, fastest = 1e300, 0.0
+    system.take_state(t, q, qd, w)
     for i in range(arrays.rows.shape[0]):
         k, c = system.touch(i, t, q, qd, w), arrays.instants[i]
         c[GAP], c[SLIP], c[GAP_RATE], c[SLIP_RATE] = k.gap, k.slip, k.gap_rate, k.slip_rate
@@ -224,6 +225,7 @@ def take_contacts(
     v, least, fastest = w.vectors, 1e300, 0.0
     normal_row, tangential_row = v.normal_row, v.tangential_row
     normal_response, tangential_response = v.normal_response, v.tangential_response
+    system.take_state(t, q, qd, w)
     for i in range(arrays.rows.shape[0]):
         k = system.touch(i, t, q, qd, w)
         fastest = max(fastest, abs(k.gap_rate))

@@ -120,6 +120,9 @@ class Run:
         try:
             if self.problem.contact:
                 self._begin()
+                # what an elastic stop that is pressed in at the start holds is not from the scheme
+                losses = self._quadratures()
+                record.held, losses[STABILIZATION_LOSS] = -float(losses[STABILIZATION_LOSS]), 0.0
             self._initial_inertia = self._inertia()
             self._enter(None)
             ends = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]

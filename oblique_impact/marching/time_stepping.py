@@ -191,39 +191,50 @@ def _stretch_rate(stepper: TimeStepper, m: int, i: int, h: float) -> float:
 
 
 @jitable
-def _take_contact(
-    stepper: TimeStepper, m: int, i: int, t: float, h: float, x: Array, v0: Array, rank_one: float, slot: int
+def _take_contacts(
+    stepper: TimeStepper,
+    first: int,
+    end: int,
+    t: float,
+    h: float,
+    x: Array,
+    v0: Array,
+    rank_one: float,
+    slot: int,
 ) -> None:
-    """Add contact i to the problem as its number m: rows, responses and velocities by unit impulses."""
+    """Take the closed contacts `first` to `end` into the problem: rows, responses, velocities by unit impulses."""
     b, arrays, w, p = stepper.buffers, stepper.arrays, stepper.scratch.work, stepper.buffers.problem
-    v, directions, responses = w.vectors, arrays.directions, arrays.responses
-    touched = stepper.system.touch(i, t, x, v0, w)
-    copy(v.normal_row, directions[i, 0])
-    copy(v.tangential_row, directions[i, 1])
-    stepper.system.solve_effective(rank_one, w, slot, True)
-    copy(v.normal_response, responses[i, 0])
-    copy(v.tangential_response, responses[i, 1])
-    b.slipping[i] = touched.slip_rate
+    directions, responses, sides = arrays.directions, arrays.responses, 2 if stepper.rubs else 1
+    stepper.system.take_state(t, x, v0, w)
+    for m in range(first, end):
+        i = b.closed[m]
+        touched = stepper.system.touch(i, t, x, v0, w)
+        copy(w.vectors.normal_row, directions[m, 0])
+        copy(w.vectors.tangential_row, directions[m, 1])
+        b.slipping[i], p.states[m] = touched.slip_rate, b.states[i]
+        p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
+        if p.states[m] == OPEN:
+            p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
+            if stepper.flexible:
+                p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
+    stepper.system.solve_rows(rank_one, w, slot, sides, directions[first:end], responses[first:end])
     yields = b.yielding.pressed.shape[0] > 0
-    b.closed[m], p.states[m] = i, b.states[i]
-    p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
-    p.impulses[2 * m], p.impulses[2 * m + 1] = 0.0, 0.0
-    if p.states[m] == OPEN:
-        p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
-        if stepper.flexible:
-            p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
-    for k in range(m + 1):
-        j = b.closed[k]
-        for a in range(2 if stepper.rubs else 1):
-            for c in range(2 if stepper.rubs else 1):
-                entry = dot(directions[i, a], responses[j, c])
-                if yields:
-                    across = b.yielding.across[i, a] * b.yielding.across[j, c]
-                    entry += 2.0 / (weight_of_end(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
-                if stepper.flexible and a == c == 1:
-                    entry += shared_flexibility(b.flexibility[i], b.flexibility[j]) / (h * h)
-                p.delassus[2 * m + a, 2 * k + c] = entry
-                p.delassus[2 * k + c, 2 * m + a] = entry
+    for m in range(first, end):
+        i = b.closed[m]
+        for k in range(m + 1):
+            j = b.closed[k]
+            for a in range(sides):
+                for c in range(sides):
+                    entry = dot(directions[m, a], responses[k, c])
+                    if yields:
+                        across = b.yielding.across[i, a] * b.yielding.across[j, c]
+                        entry += (
+                            2.0 / (weight_of_end(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
+                        )
+                    if stepper.flexible and a == c == 1:
+                        entry += shared_flexibility(b.flexibility[i], b.flexibility[j]) / (h * h)
+                    p.delassus[2 * m + a, 2 * k + c] = entry
+                    p.delassus[2 * k + c, 2 * m + a] = entry
 
 
 @jitable
@@ -251,7 +262,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         i = b.closed[k]
         known = _known_rates(stepper, i, h)
         for a in range(directions):
-            rate = dot(arrays.directions[i, a], v1)
+            rate = dot(arrays.directions[k, a], v1)
             if stepper.flexible and a == 1:
                 rate += _stretch_rate(stepper, m, i, h)
             for c in range(2 * m):
@@ -261,7 +272,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         return False
     for k in range(m):
         for a in range(directions):
-            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], arrays.responses[b.closed[k], a]
+            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], arrays.responses[k, a]
             b.impulses[2 * k + a] = p.impulses[2 * k + a]
             for j in range(v1.shape[0]):
                 v1[j] += more * response[j]
@@ -280,8 +291,10 @@ def _settle(
         for i in range(b.states.shape[0]):
             b.in_problem[i] = b.states[i] != OPEN and b.gaps[i] < np.inf
             if b.in_problem[i]:
-                _take_contact(stepper, m, i, t, h, x, v0, rank_one, slot)
+                b.closed[m] = i
                 m += 1
+        if m > 0:
+            _take_contacts(stepper, 0, m, t, h, x, v0, rank_one, slot)
         push_places(b.yielding, h, b.impulses, b.closed, 0)
     while True:
         if m > 0 and not _solve(stepper, m, h, v1):
@@ -295,10 +308,11 @@ def _settle(
                 continue
             if b.places[i, GAP_RATE] + _known_rates(stepper, i, h)[0] < -s.tolerances.velocity:
                 b.in_problem[i] = True
-                _take_contact(stepper, m, i, t, h, x, v0, rank_one, slot)
+                b.closed[m] = i
                 m += 1
         if m == before:
             return m
+        _take_contacts(stepper, before, m, t, h, x, v0, rank_one, slot)
 
 
 @jitable
@@ -319,10 +333,10 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             s.at[j] = y[j] + 0.5 * h * s.at[d + j]
         e = stepper.system.take_residual(middle, s.at[:d], s.at[d : 2 * d], acceleration, False, w)
         for k in range(m):
-            for a in range(2):
+            for a in range(2 if stepper.rubs else 1):
                 force = b.impulses[2 * k + a] / h
                 for j in range(d):
-                    residual[j] += force * arrays.directions[b.closed[k], a, j]
+                    residual[j] += force * arrays.directions[k, a, j]
         if iteration == 0:
             stale = b.factored[slot] != h
             if not stepper.system.factor_effective(middle, s.at[:d], 0.5 * h, 0.25 * h * h, w, slot, stale):
@@ -369,10 +383,9 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
-        gap_rate, slip_rate = dot(arrays.directions[i, 0], v0), dot(arrays.directions[i, 1], v0)
-        slip_rate_after = dot(arrays.directions[i, 1], v1)
+        gap_rate, slip_rate_after = dot(arrays.directions[k, 0], v0), dot(arrays.directions[k, 1], v1)
         # twice the mean velocities over the step
-        closing, slipping = gap_rate + dot(arrays.directions[i, 0], v1), slip_rate + slip_rate_after
+        closing, slipping = gap_rate + dot(arrays.directions[k, 0], v1), b.slipping[i] + slip_rate_after
         if yields:
             closing += 2.0 / h * yielding.across[i, 0] * yielding.moved[i]
             slipping += 2.0 / h * yielding.across[i, 1] * yielding.moved[i]

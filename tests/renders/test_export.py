@@ -184,7 +184,7 @@ def test_a_table_of_the_time_series_is_read_back_as_it_was(run, tmp_path):
     table = pd.read_csv(export(history, tmp_path / "series", format="csv").file)
     assert {"time (s)", "lambda_n (N)", "theta (rad)", "energy_kinetic (J)"} <= set(table)
     names = [label.rpartition(" (")[0] for label in table]
-    series = history.time_series
+    series = history.to_dataframe()
     pd.testing.assert_frame_equal(table.set_axis(names, axis=1), series, check_dtype=False, rtol=1e-15)
     some = export(history, tmp_path / "some.csv", between=(0.1, 0.2), every=10)
     assert 0.1 <= pd.read_csv(some.file)["time (s)"].iloc[0] < 0.102
