@@ -32,7 +32,7 @@ from oblique_impact.validation.report import (
     with_unit,
     write_json,
 )
-from oblique_impact.validation.report.parameters import changed_keys, changes, parameters
+from oblique_impact.validation.report.parameters import changed_keys, differing, parameters
 from oblique_impact.validation.runs import column
 from oblique_impact.validation.studies.quantities import default_quantities, quantity
 from oblique_impact.validation.studies.study import measure, same_warnings
@@ -457,7 +457,7 @@ def report(pairs: Sequence[Comparison]) -> Report:
         f"Comparison of {listed(names)}",
         f"Runs side by side. Differences are those from {names[0]}.",
         overview=[
-            changes(scenarios),
+            differing(scenarios),
             _runs(histories, names),
             *(Text(f"{_events(pair)}.") for pair in pairs),
             *([Table(["warning", "runs"], warnings, "Warnings.", wide=(0,))] if warnings else []),

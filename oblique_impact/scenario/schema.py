@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from oblique_impact.files import cannot_write, prepare_folder, write_text
-from oblique_impact.scenario.comments import item_models, schemas_of
+from oblique_impact.scenario.comments import first_clause, item_models, schemas_of
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -81,5 +80,5 @@ def label_of(name: str) -> str:
     schema, parts = schema_of(name) or {}, name.split(".")
     of = f", obstacle {parts[1]}" if parts[0] == "obstacles" and len(parts) > 1 else ""
     if "unit" in schema:
-        return re.split(r"[,:;([]", schema["description"])[0].strip() + of
+        return first_clause(schema["description"]) + of
     return " ".join(parts[2:] if of else parts).replace("_", " ") + of

@@ -231,6 +231,8 @@ def test_several_runs_are_compared_with_the_first_and_their_keys_stand_first(run
     pairs = compare_all([*runs.values()], ["a", "b", "c"])
     assert [pair.names for pair in pairs] == [("a", "b"), ("a", "c")]
     assert pairs[1].largest_shift == compare(runs[0.3], runs[0.32]).largest_shift
+    assert len(repr(pairs[0])) < 200
+    assert pairs[0]._repr_html_().count("<svg") == 1
     page = report(pairs)
     differ, measured = (block for block in page.overview[:2] if isinstance(block, Table))
     assert [[cell.text for cell in row] for row in differ.cells()] == [

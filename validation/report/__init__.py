@@ -161,7 +161,10 @@ class Table:
 
         ``frame.attrs["units"]`` holds units by column.
         """
-        units, names = frame.attrs.get("units", {}), columns or {name: str(name) for name in frame.columns}
+        units, names = (
+            frame.attrs.get("units", {}),
+            columns or {name: str(name).replace("_", " ") for name in frame},
+        )
         headings = [with_unit(heading, units.get(name, "1")) for name, heading in names.items()]
         rows = [[cell(value, digits) for value in row] for row in frame[list(names)].itertuples(index=False)]
         return cls(headings, rows, caption, wide)

@@ -20,7 +20,7 @@ def changed_keys(scenarios: Mapping[str, Scenario | None]) -> dict[str, tuple[An
     return {key: values for key, values in _values(scenarios).items() if any(v != values[0] for v in values)}
 
 
-def changes(scenarios: Mapping[str, Scenario | None]) -> Block:
+def differing(scenarios: Mapping[str, Scenario | None]) -> Block:
     """Return the table of the keys that differ, a column for each scenario, or the sentence that none does."""
     rows = [_row(key, values) for key, values in changed_keys(scenarios).items()]
     if not rows:
