@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -37,7 +37,7 @@ class Quantity:
     unit: str
     meaning: str
     #: takes a History, returns the number, raises GapError
-    measure: Callable[[History], float]
+    measure: Callable[[History], float] = field(repr=False)
 
 
 #: variables over time that `VARIABLE@TIME` knows: unit and meaning
