@@ -6,6 +6,7 @@
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
 `reproduce`  the paper's figures and claims: a `Reproduction`
+`quantity_table`  what studies measure: names, units, meanings
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 """
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from oblique_impact.validation.studies.design import TableSection as TableSection
     from oblique_impact.validation.studies.predictability import Predictability as Predictability
     from oblique_impact.validation.studies.predictability import predictability as predictability
+    from oblique_impact.validation.studies.quantities import quantity_table as quantity_table
     from oblique_impact.validation.studies.refinement import StudyResult as StudyResult
     from oblique_impact.validation.studies.refinement import refine as refine
     from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
@@ -43,6 +45,7 @@ _MODULES = {
     "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
     "studies.predictability": ("Predictability", "predictability"),
+    "studies.quantities": ("quantity_table",),
     "studies.refinement": ("StudyResult", "refine"),
     "studies.small_deflection": ("SmallDeflection", "small_deflection"),
     "studies.sweep": ("SweepResult", "sweep"),
