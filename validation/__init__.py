@@ -7,6 +7,7 @@
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
 `periodic_response`  steady state on a shaken base: a history of one period
 `reproduce`  the paper's figures and claims: a `Reproduction`
+`quantity_table`  what studies measure: names, units, meanings
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 """
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
     from oblique_impact.validation.studies.predictability import Predictability as Predictability
     from oblique_impact.validation.studies.predictability import predictability as predictability
+    from oblique_impact.validation.studies.quantities import quantity_table as quantity_table
     from oblique_impact.validation.studies.refinement import StudyResult as StudyResult
     from oblique_impact.validation.studies.refinement import refine as refine
     from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
@@ -47,6 +49,7 @@ _MODULES = {
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
     "studies.periodic": ("PeriodicSection", "periodic_response"),
     "studies.predictability": ("Predictability", "predictability"),
+    "studies.quantities": ("quantity_table",),
     "studies.refinement": ("StudyResult", "refine"),
     "studies.small_deflection": ("SmallDeflection", "small_deflection"),
     "studies.sweep": ("SweepResult", "sweep"),

@@ -178,7 +178,8 @@ def _report(
     for group, own in _groups(results).items():
         failed = any(result.verdict == "fail" for result in own)
         blocks = [block for check in checks if check.group == group for block in _blocks(check, evidence, own)]
-        sections.append(Section(group.title, blocks, "fail" if failed else "pass", counts(own), opened=failed))
+        count = counts(own).partition(":")[0]
+        sections.append(Section(group.title, blocks, "fail" if failed else "pass", count, opened=failed))
     return Report(
         _TITLE,
         f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
@@ -242,4 +243,4 @@ def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Resul
     columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
     sources = list(dict.fromkeys(r.source for r in mine if r.source))
     reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
-    return [Text(check.problem), Table(columns, rows, wide=(1,)), reference, *evidence[check.id].pictures]
+    return [Table(columns, rows, check.problem, wide=(1,)), reference, *evidence[check.id].pictures]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 
@@ -92,7 +92,7 @@ class Check:
     group: Group
     problem: str
     seconds: float
-    function: Callable[[], Finding]
+    function: Callable[[], Finding] = field(repr=False)
 
     @property
     def mark(self) -> str:

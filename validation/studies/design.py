@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -248,7 +248,7 @@ class Plan:
     #: what changes from run to run
     directions: tuple[AxisSection, ...]
     #: all combinations, the last block changing fastest; "run" counts them from 1
-    runs: tuple[Run, ...]
+    runs: tuple[Run, ...] = field(repr=False)
 
     @property
     def grid(self) -> bool:

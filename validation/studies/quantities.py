@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.integrate import simpson
 
 from oblique_impact.beam.convergence import convergence_warnings
@@ -37,7 +38,7 @@ class Quantity:
     unit: str
     meaning: str
     #: takes a History, returns the number, raises GapError
-    measure: Callable[[History], float]
+    measure: Callable[[History], float] = field(repr=False)
 
 
 #: variables over time that `VARIABLE@TIME` knows: unit and meaning
@@ -81,9 +82,27 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     )
 
 
-def named_quantities() -> list[Quantity]:
-    """Return the quantities that have a name of their own; `quantity` makes others from variables."""
-    return list(_NAMED.values())
+def quantity_table() -> pd.DataFrame:
+    """Return the quantities that a study can be asked for, a row each: name, unit, meaning.
+
+    VARIABLE is a variable of a history over time or `energy`, for `max:` and `min:` also one of the section forces
+    along the beam; TIME and SECONDS are in s, N counts from 1.
+
+    Examples
+    --------
+    >>> quantity_table().loc["impulse", "unit"]
+    'N s'
+    """
+    rows = [(found.name, found.unit, found.meaning) for found in _NAMED.values()]
+    rows += [(f"{name}:N", unit, text.format("N")) for name, (unit, text, _) in _NUMBERED.items()]
+    rows += [
+        ("VARIABLE@TIME", "of the variable", "a variable at a time"),
+        ("VARIABLE@end", "of the variable", "a variable at the end"),
+        ("max:VARIABLE", "of the variable", "largest value among the samples"),
+        ("min:VARIABLE", "of the variable", "least value among the samples"),
+        ("lost_after:SECONDS", "J", "energy that the beam has lost so long after the first touch-down"),
+    ]
+    return pd.DataFrame(rows, columns=["quantity", "unit", "meaning"]).set_index("quantity")
 
 
 def default_quantities(scenario: Scenario) -> tuple[str, ...]:
