@@ -1,10 +1,11 @@
 """Checks against independent references, comparisons of runs, and studies of many runs.
 
-`validate`   every check against something outside the program: a list of `Result`
-`compare`    two histories, events aligned: a `Comparison`
+`validate`   every check against something outside the program: `Results`, a list of `Result`
+`compare`    two histories, events aligned: a `Comparison`; `compare_all` compares several with the first
 `refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
+`periodic_response`  steady state on a shaken base: a history of one period
 `reproduce`  the paper's figures and claims: a `Reproduction`
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 """
@@ -17,34 +18,39 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from oblique_impact.validation.comparison import Comparison as Comparison
     from oblique_impact.validation.comparison import compare as compare
+    from oblique_impact.validation.comparison import compare_all as compare_all
+    from oblique_impact.validation.comparison import save_comparison as save_comparison
     from oblique_impact.validation.paper.command import Reproduction as Reproduction
     from oblique_impact.validation.paper.command import reproduce as reproduce
     from oblique_impact.validation.studies.design import AxisSection as AxisSection
     from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
     from oblique_impact.validation.studies.design import SweepFile as SweepFile
     from oblique_impact.validation.studies.design import TableSection as TableSection
-    from oblique_impact.validation.studies.ladders import StudyResult as StudyResult
+    from oblique_impact.validation.studies.periodic import PeriodicSection as PeriodicSection
+    from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
     from oblique_impact.validation.studies.predictability import Predictability as Predictability
     from oblique_impact.validation.studies.predictability import predictability as predictability
+    from oblique_impact.validation.studies.refinement import StudyResult as StudyResult
     from oblique_impact.validation.studies.refinement import refine as refine
     from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
     from oblique_impact.validation.studies.small_deflection import small_deflection as small_deflection
     from oblique_impact.validation.studies.sweep import SweepResult as SweepResult
     from oblique_impact.validation.studies.sweep import sweep as sweep
     from oblique_impact.validation.suite import Result as Result
+    from oblique_impact.validation.suite import Results as Results
     from oblique_impact.validation.suite import validate as validate
 
 # pandas, joblib and matplotlib take a second to load: a command that needs none of them does not wait
 _MODULES = {
-    "comparison": ("Comparison", "compare"),
+    "comparison": ("Comparison", "compare", "compare_all", "save_comparison"),
     "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
-    "studies.ladders": ("StudyResult",),
+    "studies.periodic": ("PeriodicSection", "periodic_response"),
     "studies.predictability": ("Predictability", "predictability"),
-    "studies.refinement": ("refine",),
+    "studies.refinement": ("StudyResult", "refine"),
     "studies.small_deflection": ("SmallDeflection", "small_deflection"),
     "studies.sweep": ("SweepResult", "sweep"),
-    "suite": ("Result", "validate"),
+    "suite": ("Result", "Results", "validate"),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 __all__ = [*_HOMES]

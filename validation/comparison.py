@@ -1,4 +1,4 @@
-"""Two histories compared: their events aligned, everything they sampled, their collisions; with a report."""
+"""Histories compared: their events aligned, everything they sampled, their collisions; with a report."""
 
 from __future__ import annotations
 
@@ -16,21 +16,26 @@ from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders.style import GREY, SERIES
-from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
 from oblique_impact.validation.report import (
+    Cell,
     Picture,
     Report,
     Section,
     Table,
     Text,
     cell,
+    listed,
+    number_within,
     picture,
     provenance_data,
     with_unit,
     write_json,
 )
+from oblique_impact.validation.report.parameters import changed_keys, differing, parameters
 from oblique_impact.validation.runs import column
+from oblique_impact.validation.studies.quantities import default_quantities, quantity
+from oblique_impact.validation.studies.study import measure, same_warnings
 
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]
@@ -44,18 +49,15 @@ LISTED = 10
 _COLLISION = {"start": "s", "end": "s", "contacts": "1"}
 _COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
-#: columns of the differences of variables, with their headings in the report
-_COLUMNS = {
-    "unit": "unit",
-    "scale": "scale",
-    "plain_rms": "rms, same time",
-    "plain_largest": "largest",
-    "plain_at": "at (s)",
-    "aligned_rms": "rms, aligned",
-    "aligned_largest": "largest",
-    "aligned_at": "at (s)",
-}
-#: what the picture shows, if both histories have it: label and unit of the axis
+#: columns of the differences of variables
+_COLUMNS = [
+    "unit",
+    "scale",
+    *(f"{clock}_{name}" for clock in ("plain", "aligned") for name in ("rms", "largest", "at")),
+]
+#: times are shown to this part of the common span
+_SHOWN = 1e-5
+#: what the picture shows, if all histories have it: label and unit of the axis
 _DRAWN = {
     "gap": "gap (m)",
     "theta_dot": "angular velocity (rad/s)",
@@ -64,7 +66,7 @@ _DRAWN = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Two histories side by side; differences are right minus left.
 
@@ -133,21 +135,16 @@ class Comparison:
     @property
     def changed_keys(self) -> dict[str, tuple[Any, Any]]:
         """Keys of the scenarios that differ, with both values; "not given" where one does not have the key."""
-        left, right = (flat_keys(_sections(history)) for history in self.histories)
-        both = {key: (left.get(key, "not given"), right.get(key, "not given")) for key in {**left, **right}}
-        return {key: (a, b) for key, (a, b) in both.items() if a != b}
+        names = dict(zip(("left", "right"), (history.scenario for history in self.histories), strict=True))
+        return {key: (a, b) for key, (a, b) in changed_keys(names).items()}
 
     @property
     def warnings(self) -> list[tuple[str, str]]:
         """Warnings of the runs, each with the name of its run, or of both."""
-        found: dict[str, list[str]] = {}
-        for name, history in zip(self.names, self.histories, strict=True):
-            for text in history.summary.get("warnings", ()):
-                found.setdefault(text, []).append(name)
-        return [(" and ".join(names), text) for text, names in found.items()]
+        return _warnings(self.histories, self.names)
 
     def summary(self) -> list[str]:
-        """Return how outcomes, events, contact states and scenarios differ, and the warnings, in sentences."""
+        """Return which keys of the scenarios, outcomes, events and contact states differ, and the warnings."""
         left, right = self.names
         outcomes, changed = list(dict.fromkeys(self.outcomes)), self.changed_keys
         alone = [
@@ -157,20 +154,32 @@ class Comparison:
         ]
         return [
             f"{left} and {right}, {self.span[0]:g} to {self.span[1]:g} s",
+            f"scenarios: {len(changed)} keys differ" if len(changed) != 1 else "scenarios: 1 key differs",
+            *(f"  {key}: {a} in {left}, {b} in {right}" for key, (a, b) in changed.items()),
             f"outcome{'s' if len(outcomes) > 1 else ''}: {', '.join(outcomes)}",
             f"events: {len(self.shared)} shared, {len(self.only_left)} only in {left}, "
             f"{len(self.only_right)} only in {right}; largest time difference {self.largest_shift:.2g} s",
             *alone[:LISTED],
             *([f"  and {len(alone) - LISTED} more"] if len(alone) > LISTED else []),
             f"contact states differ in {100.0 * self.state_disagreement:.2g} % of the time",
-            f"scenarios: {len(changed)} keys differ" if len(changed) != 1 else "scenarios: 1 key differs",
-            *(f"  {key}: {a} in {left}, {b} in {right}" for key, (a, b) in changed.items()),
             *(f"warning ({names}): {text}" for names, text in self.warnings),
         ]
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the differences of the variables, a row each: `variables`."""
+        return self.variables
 
     def __str__(self) -> str:
         table = self.variables.to_string(float_format=lambda value: f"{value:.3g}")
         return "\n".join([*self.summary(), "", table])
+
+    def __repr__(self) -> str:
+        """Return how the two agree, in a line."""
+        return f"<Comparison: {_events(self)}; {len(self.changed_keys)} keys of their scenarios differ>"
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report([self])._repr_html_()
 
 
 def compare(left: History, right: History, *, names: tuple[str, str] = ("left", "right")) -> Comparison:
@@ -228,11 +237,35 @@ def compare(left: History, right: History, *, names: tuple[str, str] = ("left", 
         both,
         (start, end),
         pairs,
-        pd.DataFrame(rows, list(_COLUMNS)).T,
+        pd.DataFrame(rows, _COLUMNS).T,
         _measures(left, right, (start, end), limit),
         _disagreement(aligned, states),
         [name for name in every if name not in rows and name != "state"],
     )
+
+
+def compare_all(histories: Sequence[History], names: Sequence[str] = ()) -> list[Comparison]:
+    """Compare histories with the first of them, as `compare` does; `report` and `save_comparison` take the list.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        At least two.
+    names : sequence of str
+        What they are called; default: "run 1", "run 2", ...
+
+    Raises
+    ------
+    InputError
+        In one line, if there are fewer, or one has no time in common with the first.
+    """
+    if len(histories) < 2:
+        raise InputError("compare: takes at least two runs")
+    first, *others = names or [f"run {number}" for number in range(1, len(histories) + 1)]
+    return [
+        compare(histories[0], other, names=(first, name))
+        for other, name in zip(histories[1:], others, strict=True)
+    ]
 
 
 # --- variables
@@ -375,20 +408,28 @@ def check_target(out: Path) -> None:
         raise InputError(f"--out {out}: should end in .html or .json")
 
 
-def save_comparison(found: Comparison, out: Path) -> Path:
-    """Write a page (.html) or the numbers (.json), whole or not at all.
+def save_comparison(found: Comparison | Sequence[Comparison], out: Path) -> Path:
+    """Write a page (.html) or the numbers (.json) of one comparison, or of several with the same run.
 
     Raises InputError for another suffix, or if the file cannot be written.
     """
     check_target(out)
-    folder = prepare_folder(out.parent)
+    folder, pairs = prepare_folder(out.parent), [found] if isinstance(found, Comparison) else found
     if out.suffix == ".json":
-        return write_json(out, comparison_data(found))
-    return report(found).write(folder, name=out.name)
+        return write_json(out, comparison_data(pairs))
+    return report(pairs).write(folder, name=out.name)
 
 
-def comparison_data(found: Comparison) -> dict[str, Any]:
-    """Return everything that was found, in SI units, for JSON; differences are right minus left."""
+def comparison_data(pairs: Sequence[Comparison]) -> dict[str, Any]:
+    """Return everything that was found, in SI units, for JSON; differences are right minus left.
+
+    Of several comparisons it is the list `comparisons`.
+    """
+    found = [_pair_data(pair) for pair in pairs]
+    return (found[0] if len(found) == 1 else {"comparisons": found}) | provenance_data()
+
+
+def _pair_data(found: Comparison) -> dict[str, Any]:
     names = (
         "names",
         "outcomes",
@@ -403,57 +444,135 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
         **{name: getattr(found, name) for name in names},
         "warnings": [{"runs": runs, "warning": text} for runs, text in found.warnings],
         **{name: getattr(found, name).rename_axis("name").reset_index() for name in ("variables", "measures")},
-        **provenance_data(),
     }
 
 
-def report(found: Comparison) -> Report:
-    """Return the report."""
-    left, right = found.names
-    variables = found.variables.rename_axis("variable").reset_index()
-    scale = variables["scale"].where(variables["scale"] > 0.0, 1.0).astype(float)
-    for name in ("plain_rms", "plain_largest", "aligned_rms", "aligned_largest"):
-        variables[name] = [cell(value, 2) for value in variables[name] / scale]
-    caption = (
-        "Differences relative to the scale, the range of the values: at the same time; and aligned, on a clock in "
-        "which shared events coincide."
-    )
-    events = {"kind": "event", "state": "then", "left_time": f"{left}: t (s)", "right_time": f"{right}: t (s)"}
-    events |= {"time_difference": "difference (s)"}
-    events |= {"left_impulse": f"{left}: impulse (N s)", "right_impulse": f"{right}: impulse (N s)"}
-    measures = found.measures.rename_axis("measure").reset_index().rename(columns={"left": left, "right": right})
-    tables = [
-        ("Variables", Table.of_frame(variables, caption, 4, columns={"variable": "variable"} | _COLUMNS)),
-        ("Events", Table.of_frame(found.events, digits=9, columns=events) if len(found.events) else None),
-        ("Collisions and energies", Table.of_frame(measures, digits=9) if len(measures) else None),
-    ]
+def report(pairs: Sequence[Comparison]) -> Report:
+    """Return the report of comparisons with the same first run."""
+    names = [pairs[0].names[0], *(pair.names[1] for pair in pairs)]
+    histories = [pairs[0].histories[0], *(pair.histories[1] for pair in pairs)]
+    scenarios = dict(zip(names, (history.scenario for history in histories), strict=True))
+    warnings = [[text, runs] for runs, text in _warnings(histories, names)]
     return Report(
-        f"{left} and {right}",
-        f"Two runs side by side, from {found.span[0]:g} to {found.span[1]:g} s. Differences are those of {right} "
-        f"from {left}.",
-        overview=[*(Text(sentence) for sentence in found.summary()[1:]), _picture(found)],
-        sections=[
-            *(Section(title, [table]) for title, table in tables if table),
-            *([Section("Not compared", [Text(", ".join(found.skipped))])] if found.skipped else []),
+        f"Comparison of {listed(names)}",
+        f"Runs side by side. Differences are those from {names[0]}.",
+        overview=[
+            differing(scenarios),
+            _runs(histories, names),
+            *(Text(f"{_events(pair)}.") for pair in pairs),
+            *([Table(["warning", "runs"], warnings, "Warnings.", wide=(0,))] if warnings else []),
+            _picture(histories, names, pairs),
         ],
+        sections=[*(section for pair in pairs for section in _sections_of(pair)), *parameters(scenarios)],
     )
 
 
-def _picture(found: Comparison) -> Picture:
-    """Draw both runs on top of each other, fields at their last station."""
-    names = [name for name in _DRAWN if name in found.variables.index] or list(found.variables.index)[:1]
-    caption = "Both runs over time; dotted lines are events that only one of them has."
-    alternative = f"{', '.join(names)} of {' and '.join(found.names)} over time."
-    with picture(caption, height=2.2 * len(names) + 0.5, alternative=alternative) as drawn:
-        panels = drawn.figure.subplots(len(names), 1, sharex=True, squeeze=False).ravel()
-        for axes, name in zip(panels, names, strict=True):
-            for k, (history, label) in enumerate(zip(found.histories, found.names, strict=True)):
+def _warnings(histories: Sequence[History], names: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the warnings of runs, each with the names of those that have it."""
+    texts = ["\n".join(history.summary.get("warnings", ())) for history in histories]
+    return [(listed(runs), text) for text, runs in same_warnings(zip(names, texts, strict=True))]
+
+
+def _events(found: Comparison) -> str:
+    """Return how events and contact states agree, in a sentence."""
+    (left, right), shared = found.names, len(found.shared)
+    counts = [shared + len(alone) for alone in (found.only_left, found.only_right)]
+    return (
+        f"{left} and {right} share {shared} of {counts[0]} and {counts[1]} events between {found.span[0]:g} and "
+        f"{found.span[1]:g} s, which are at most {found.largest_shift:.2g} s apart; their contact states differ "
+        f"in {100.0 * found.state_disagreement:.2g} % of the time"
+    )
+
+
+def _runs(histories: Sequence[History], names: Sequence[str]) -> Table:
+    """Return the table of the runs, a column for each."""
+    asked = [name for one in histories if one.scenario for name in default_quantities(one.scenario)]
+    asked = list(dict.fromkeys([*asked, "energy_lost", "events"]))
+    found = [measure(history, asked) for history in histories]
+    rows: list[list[Any]] = [["outcome", "", *(Cell(one["outcome"], "number") for one in found)]]
+    rows += [["end of the run", "s", *(cell(one["stopped_at"]) for one in found)]]
+    for q in map(quantity, asked):
+        rows.append([q.meaning, q.unit.removeprefix("1"), *(cell(one[q.name], 5) for one in found)])
+    return Table(["quantity", "unit", *names], rows, "The runs.", wide=(0,))
+
+
+def _sections_of(found: Comparison) -> list[Section]:
+    """Return the sections of one pair: variables, events, collisions and energies."""
+    left, right = found.names
+    span = found.span[1] - found.span[0]
+
+    def time(value: float) -> Cell:
+        return Cell(number_within(value, _SHOWN * span), "number")
+
+    variables = []
+    for name, row in found.variables[found.variables["scale"] > 0.0].iterrows():
+        long = str(found.histories[0][str(name)].attrs.get("long_name", ""))
+        found_at = [
+            time(row[column]) if column.endswith("_at") else cell(row[column] / row["scale"], 2)
+            for column in _COLUMNS[2:]
+        ]
+        variables.append([long, Cell(str(name), "code"), row["unit"], cell(row["scale"], 4), *found_at])
+    caption = (
+        f"Differences of {right} from {left}, root of the mean square and largest one, relative to the range of "
+        "the values: at the same time; and aligned, on a clock in which shared events coincide. Variables that "
+        "are 0 in both are left out."
+    )
+    events = [
+        [
+            event.kind,
+            event.state,
+            time(event.left_time),
+            time(event.right_time),
+            cell(event.time_difference, 2),
+            cell(event.left_impulse, 5),
+            cell(event.right_impulse, 5),
+        ]
+        for event in found.events.itertuples()
+    ]
+    columns = ["event", "state after it", f"{left}: time (s)", f"{right}: time (s)", "difference (s)"]
+    columns += [f"{left}: normal impulse (N s)", f"{right}: normal impulse (N s)"]
+    measures = [
+        [
+            name,
+            row["unit"].removeprefix("1"),
+            cell(row["left"], 6),
+            cell(row["right"], 6),
+            cell(row["difference"], 2),
+        ]
+        for name, row in found.measures.iterrows()
+    ]
+    heading = ["quantity", "symbol", "unit", "range", "rms", "largest", "at (s)"]
+    heading += ["rms, aligned", "largest, aligned", "at (s)"]
+    tables = [
+        ("variables", Table(heading, variables, caption)),
+        ("events", Table(columns, events, "Events; – where there is no partner.")),
+        ("collisions and energies", Table(["quantity", "unit", left, right, "difference"], measures, "Sums.")),
+    ]
+    blocks = [Section(f"{right}: {title}", [table]) for title, table in tables if table.rows]
+    skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
+    return [*blocks, *([Section(f"{right}: not compared", [Text(skipped)])] if found.skipped else [])]
+
+
+def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence[Comparison]) -> Picture:
+    """Draw the runs on top of each other, fields at their last station."""
+    shared = [name for name in pairs[0].variables.index if all(name in pair.variables.index for pair in pairs)]
+    drawn_names = [name for name in _DRAWN if name in shared] or shared[:1]
+    caption = "The runs over time" + ("; dotted lines are events that only one has." if len(pairs) == 1 else ".")
+    alternative = f"{', '.join(drawn_names)} of {listed(names)} over time."
+    with picture(caption, height=2.2 * len(drawn_names) + 0.5, alternative=alternative) as drawn:
+        panels = drawn.figure.subplots(len(drawn_names), 1, sharex=True, squeeze=False).ravel()
+        for axes, name in zip(panels, drawn_names, strict=True):
+            for k, (history, label) in enumerate(zip(histories, names, strict=True)):
                 values = history[name].values
                 last = values.reshape(len(values), -1)[:, -1]
-                axes.plot(history["time"].values, last, label=label, color=SERIES[k], linewidth=2.0 - k)
-            for time in (*found.only_left["left_time"], *found.only_right["right_time"]):
-                axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
-            axes.set(ylabel=_DRAWN.get(name, with_unit(name, found[name].unit)), xlim=found.span)
+                style = {"color": SERIES[k % len(SERIES)], "linewidth": max(2.0 - k, 0.8)}
+                axes.plot(history["time"].values, last, label=label, **style)
+            if len(pairs) == 1:  # of more runs the lines would hide them
+                for time in (*pairs[0].only_left["left_time"], *pairs[0].only_right["right_time"]):
+                    axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
+            unit = str(histories[0][name].attrs.get("units", "1"))
+            axes.set(ylabel=_DRAWN.get(name, with_unit(name, unit)))
+            axes.set_xlim(min(pair.span[0] for pair in pairs), max(pair.span[1] for pair in pairs))
         panels[-1].set_xlabel("time (s)")
-        drawn.figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        drawn.figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return drawn

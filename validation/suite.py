@@ -16,12 +16,12 @@ from oblique_impact.files import prepare_folder
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
-from oblique_impact.validation.checks.registry import Check, Evidence, all_checks
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell
+from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
+from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell, number_within
 from oblique_impact.validation.studies.parallel import map_parallel
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """One measurement of a check: a row of results.json."""
 
@@ -41,6 +41,30 @@ class Result:
     def check(self) -> str:
         """Id of the check that the measurement belongs to."""
         return f"{self.group}.{self.id.removeprefix(f'{self.group}.').partition('.')[0]}"
+
+    def __repr__(self) -> str:
+        """Return verdict, error and tolerance in a line."""
+        return f"<{self.id}: {self.verdict}, error {self.error:.2g} {self.unit}, tolerance {self.tolerance:.2g}>"
+
+
+class Results(list[Result]):
+    """The measurements of the checks that ran, in their order."""
+
+    def __repr__(self) -> str:
+        """Return how many there are, and those that fail."""
+        failed = [result for result in self if result.verdict == "fail"]
+        return "\n".join([f"<Results: {counts(self)}>", *(f"  {result!r}" for result in failed)])
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return Report(_TITLE, counts(self), overview=_overview(self))._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each measurement, as in results.csv."""
+        return pd.DataFrame([asdict(result) for result in self])
+
+
+_TITLE = "Validation of oblique-impact"
 
 
 def counts(results: Sequence[Result]) -> str:
@@ -73,9 +97,9 @@ def evidence_of(check_id: str) -> Evidence:
     return all_checks()[check_id].evidence()
 
 
-def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[Result]:
+def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> Results:
     """Rows of all measurements."""
-    return [
+    return Results(
         Result(
             f"{check.id}.{m.name}" if m.name else check.id,
             check.group.id,
@@ -91,7 +115,7 @@ def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[R
         )
         for check in checks
         for m in evidence[check.id].measurements
-    ]
+    )
 
 
 def validate(
@@ -100,7 +124,7 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-) -> list[Result]:
+) -> Results:
     """Run the chosen checks, and write report.html, results.json and results.csv.
 
     Parameters
@@ -118,8 +142,8 @@ def validate(
 
     Returns
     -------
-    list of Result
-        A row for each measurement; ``verdict`` is "pass" or "fail".
+    Results
+        A list with a `Result` for each measurement; ``verdict`` is "pass" or "fail".
 
     Raises
     ------
@@ -142,36 +166,51 @@ def validate(
     seconds = time.perf_counter() - started
     results = results_of(checks, evidence)
     if folder is not None:
-        rows = [asdict(result) for result in results]
-        _report(checks, evidence, results, seconds).write(folder, {"checks": rows}, pd.DataFrame(rows))
+        table = results.to_dataframe()
+        _report(checks, evidence, results, seconds).write(folder, {"checks": table}, table)
     return results
 
 
 def _report(
     checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], seconds: float
 ) -> Report:
-    rows, ratios, sections = [], [], []
-    for group in dict.fromkeys(check.group for check in checks):
-        own = [result for result in results if result.group == group.id]
-        failed = sum(result.verdict == "fail" for result in own)
-        verdict, ratio = "fail" if failed else "pass", _ratios(own)
-        numbers = [len({result.check for result in own}), len(own), len(own) - failed]
-        worst = cell(float(np.max(np.nan_to_num(ratio, nan=np.inf), initial=0.0)), 2)
-        rows.append([group.title, Cell(group.id, "code"), *numbers, worst, Cell(verdict, verdict)])
-        ratios.append((group.title, ratio))
+    sections = []
+    for group, own in _groups(results).items():
+        failed = any(result.verdict == "fail" for result in own)
         blocks = [block for check in checks if check.group == group for block in _blocks(check, evidence, own)]
-        sections.append(Section(group.title, blocks, verdict, counts(own), opened=failed > 0))
-    columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
+        sections.append(Section(group.title, blocks, "fail" if failed else "pass", counts(own), opened=failed))
     return Report(
-        "Validation of oblique-impact",
+        _TITLE,
         f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
         "programs. A measurement passes when the absolute difference of computed and reference value is at "
         "most its tolerance.",
         seconds,
-        overview=[Table(columns, rows, "Groups"), tolerance_figure(ratios)],
+        overview=_overview(results),
         sections=sections,
         filtered=True,
     )
+
+
+def _groups(results: Sequence[Result]) -> dict[Group, list[Result]]:
+    """Return the measurements of each group."""
+    found: dict[Group, list[Result]] = {}
+    for result in results:
+        found.setdefault(all_checks()[result.check].group, []).append(result)
+    return found
+
+
+def _overview(results: Sequence[Result]) -> list[Block]:
+    """Return table and picture of the groups."""
+    rows, ratios = [], []
+    for group, own in _groups(results).items():
+        failed, ratio = sum(result.verdict == "fail" for result in own), _ratios(own)
+        numbers = [len({result.check for result in own}), len(own), len(own) - failed]
+        worst = cell(float(np.max(np.nan_to_num(ratio, nan=np.inf), initial=0.0)), 2)
+        verdict = "fail" if failed else "pass"
+        rows.append([group.title, Cell(group.id, "code"), *numbers, worst, Cell(verdict, verdict)])
+        ratios.append((group.title, ratio))
+    columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
+    return [Table(columns, rows, "Groups of checks."), tolerance_figure(ratios)]
 
 
 def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
@@ -189,8 +228,12 @@ def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Resul
         [
             Cell(r.id, "code"),
             r.quantity,
-            *(cell(value, 9) for value in (r.computed, r.reference)),
-            "–" if r.unit == "1" else r.unit,
+            # to the second digit of the tolerance, in nine digits or so at most
+            *(
+                Cell(number_within(value, max(r.tolerance, 1e-8 * abs(value))), "number")
+                for value in (r.computed, r.reference)
+            ),
+            r.unit.removeprefix("1"),
             *(cell(value, 2) for value in (r.error, r.tolerance)),
             Cell(r.verdict, r.verdict),
         ]

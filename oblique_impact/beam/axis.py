@@ -283,7 +283,7 @@ def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> 
 
 
 class AxisShapes(_PanelData):
-    """Few shape functions, each not zero anywhere: those of modes."""
+    """Few shape functions, each of which spans the beam: those of modes."""
 
     __slots__ = ()
     bend = _bend

@@ -21,7 +21,7 @@ from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
-from oblique_impact.kernels.workspace import Vectors
+from oblique_impact.kernels.workspace import Vectors, own_numbers
 from oblique_impact.scenario.scenario import Scenario
 
 _STIFFENED = 1e-3  # of the mass, small against it and far above rounding
@@ -295,6 +295,23 @@ class Beam:
         """Return [theta, B] (..., n + 1) of the coordinates that are marched."""
         return q
 
+    def joined(self, q: Array) -> Array:
+        """Return the coordinates that are marched of [theta, B] (n + 1,)."""
+        return q
+
+    def state_of(self, q: Any, qd: Any) -> tuple[Array, Array]:
+        """Return coordinates and velocities at t = 0 of [theta, B] and their rates, each (n + 1,).
+
+        The speed of a driven root is that of its motion.  Raises InputError for a wrong shape.
+        """
+        shape = self.split(self.initial_state()[0]).shape
+        q, qd = (
+            own_numbers(np.asarray(part), shape, f"initial_state, {name}") for part, name in ((q, "q"), (qd, "qd"))
+        )
+        if self.scenario.root.kind == "driven":
+            qd[0] = self.motion.at(0.0).speed
+        return self.joined(q), self.joined(qd)
+
     @cached_property
     def masses(self) -> Array:
         """Arms r + x (m) and masses (kg) of the points of the quadrature and, last, of the tip: (2, nq + 1)."""
@@ -425,6 +442,10 @@ class FullBeam(Beam):
         """Return [theta, B] (..., n + 1) of W (..., n), with the angle of the mean-axis frame."""
         theta = (q @ self.operators.coupling / self.operators.inertia)[..., None]
         return np.concatenate([theta, q - theta * self.operators.rigid], axis=-1)
+
+    def joined(self, q: Array) -> Array:
+        """Return W (n,) of [theta, B] (n + 1,)."""
+        return np.asarray(q[1:] + q[0] * self.operators.rigid)
 
 
 def _quadratic(rows: Array, matrix: Matrix) -> Array:

@@ -283,7 +283,7 @@ def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
 
 @jitable
 def _keep_means(massless: MeanVelocities | None, mean: Array, v: Array) -> None:
-    """Let `v` be `mean` but for its means on the elements; the compiler drops this of nodes with inertia."""
+    """Replace `v` by `mean`, but for its means on the elements; the compiler drops this for nodes with inertia."""
     if massless is None:
         return
     b, r, n = massless.means, massless.motions, v.shape[0]
@@ -302,7 +302,7 @@ def _keep_means(massless: MeanVelocities | None, mean: Array, v: Array) -> None:
 
 @jitable
 def settle_nodal(model: NodalModel, mean: Array, v: Array) -> None:
-    """Let what has no inertia have the velocities `mean`, which change; only with such a mesh."""
+    """Give motions without inertia the velocities `mean`, which change; only for meshes without nodal inertia."""
     _keep_means(model.massless, mean, v)
 
 

@@ -24,7 +24,7 @@ Size = Annotated[str, Option(help="WIDTHxHEIGHT in pixels, of films even; of one
 Fps = Annotated[int, Option(help="Films: frames per second.")]
 Speed = Annotated[float | None, Option(help="Films: physical over film time in flight.")]
 ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
-Seconds = Annotated[float | None, Option(help="Films: so long, if no speed is given; default 20.")]
+Seconds = Annotated[float | None, Option(help="Films: so long (s), if no speed is given; default 20.")]
 Frames = Annotated[int | None, Option(help="Films: exactly so many frames.")]
 Deformation = Annotated[float | None, Option(help="Deformation factor; default: chosen.")]
 Camera = Annotated[str, Option(help="oblique, front or above.")]

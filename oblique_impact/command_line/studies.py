@@ -39,7 +39,7 @@ def validate(
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check everything against something outside it; writes report.html, results.json and results.csv."""
+    """Check the program against closed forms, published tables and other programs; writes a report."""
     from oblique_impact.validation.suite import counts, select
     from oblique_impact.validation.suite import validate as compute
 
@@ -71,7 +71,10 @@ def refine(
         ),
     ] = None,
     predictability: Annotated[
-        bool, typer.Option("--predictability", help="Judge by perturbed runs whether event times mean anything.")
+        bool,
+        typer.Option(
+            "--predictability", help="Sensitivity of event times, from runs with perturbed initial angles."
+        ),
     ] = False,
     study: Annotated[
         str | None,
@@ -198,21 +201,22 @@ def sweep(
 
 def compare(
     left: Annotated[Path, typer.Argument(metavar="LEFT", help="A run folder, or the history.nc inside one.")],
-    right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Another one.")],
+    right: Annotated[list[Path], typer.Argument(metavar="RIGHT", help="Others, each compared with it.")],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="A report: .html or .json.")] = Path(
         "out/compare.html"
     ),
     as_json: JsonOption = False,
 ) -> None:
-    """Compare two runs, events aligned; writes a page, or the numbers as JSON."""
+    """Compare runs with the first, events aligned; writes a page, or the numbers as JSON."""
     from oblique_impact.history.history import History
-    from oblique_impact.validation.comparison import check_target, comparison_data, save_comparison
-    from oblique_impact.validation.comparison import compare as compute
+    from oblique_impact.validation.comparison import check_target, compare_all, comparison_data, save_comparison
 
     check_target(out)
-    found = compute(History.load(left), History.load(right), names=(str(left), str(right)))
+    runs = [left, *right]
+    found = compare_all([History.load(run) for run in runs], [str(run) for run in runs])
     save_comparison(found, out)
-    print_result([*found.summary(), f"report: {out}"], lambda: comparison_data(found), as_json)
+    summaries = [line for pair in found for line in pair.summary()]
+    print_result([*summaries, f"report: {out}"], lambda: comparison_data(found), as_json)
 
 
 def _written(folder: Path) -> dict[str, Any]:

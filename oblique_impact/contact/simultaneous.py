@@ -155,8 +155,7 @@ class ContactMachines:
             if instant.gap < -self.tolerances.gap and beyond:
                 below[i] = machine.below()
             elif (
-                instant.gap <= self.tolerances.gap
-                and instant.gap_rate <= self.tolerances.velocity
+                not machine.is_apart(instant)
                 and not beyond
                 and not (machine.stick_criterion and machine.stick_criterion.located)  # falls in the first step
             ):

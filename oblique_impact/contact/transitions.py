@@ -197,9 +197,12 @@ class ContactMachine:
         instant, tolerances = probe.instant, self.tolerances
         if instant.gap < -tolerances.gap and self.is_beyond(instant.slip):
             return Transition(self.below(), None)
-        if instant.gap > tolerances.gap or instant.gap_rate > tolerances.velocity:
-            return Transition(self.free(), None)
-        return self.touch(probe)
+        return Transition(self.free(), None) if self.is_apart(instant) else self.touch(probe)
+
+    def is_apart(self, instant: Instant) -> bool:
+        """Whether nothing touches at the start of a run; a stop that is pressed in still pushes as it opens."""
+        pressed = self.contact_law is not None and instant.gap < -self.tolerances.gap
+        return instant.gap > self.tolerances.gap or (instant.gap_rate > self.tolerances.velocity and not pressed)
 
     def after_guard(self, phase: Phase, guard: int, probe: ContactProbe) -> Transition:
         """Return the transition after `guard` of `phase` fell; raises RunEnded where no state exists."""

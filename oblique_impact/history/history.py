@@ -188,9 +188,8 @@ class History:
         numbers = RangeIndex(1, len(self.contacts) + 1, name="contact")
         return DataFrame(self.contacts, numbers, list(Contact._fields))
 
-    @property
-    def time_series(self) -> pd.DataFrame:
-        """The variables over time as a table, a row a sample, in SI units.
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the variables over time as a table, a row a sample, in SI units.
 
         Coordinates have the columns q_0, q_1, ..., qd_0, ..., contacts contact_gap_1, ...; variables along
         the beam are left out.

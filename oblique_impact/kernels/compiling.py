@@ -1,4 +1,4 @@
-"""Listeners to what numba compiles: a first run takes half a minute for it, and a person should know why.
+"""Notices of the kernels that numba compiles, which takes a first run half a minute, and a clock without that.
 
 Nothing here imports numba, so that a command which compiles nothing does not wait for it.
 """

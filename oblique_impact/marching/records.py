@@ -119,6 +119,7 @@ class Record:
     passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
     message: str = ""  # about the outcome, if not the outcome's own sentence
+    held: float = 0.0  # J, in an elastic stop at the start
     stored: float = 0.0  # J, in an elastic stop at the end
     stretched: float = 0.0  # J, in the axial flexibility behind the friction at the end
     steps: int = 0

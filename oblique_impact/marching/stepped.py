@@ -66,7 +66,7 @@ class SteppedRun(MultiContactRun):
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
 
     def _begin(self) -> None:
-        """Leave it to the first step to find what touches."""
+        """Begin in flight: the first step finds the contacts."""
 
     def _keep(self, progress: Progress) -> None:
         for row in self._steps.log[: self._steps.logged[0]]:
@@ -87,7 +87,7 @@ class SteppedRun(MultiContactRun):
         return 0.0 if self._massless else self._held()
 
     def _relative_inertia(self) -> float:
-        """Impulses exist whatever the friction."""
+        """Return 1: impulses exist for every coefficient of friction."""
         return 1.0
 
     def _log(self, row: Array) -> None:

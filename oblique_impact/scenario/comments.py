@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import textwrap
 from collections.abc import Collection, Mapping
 from functools import cache
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 import tomlkit
 from pydantic import BaseModel
@@ -14,6 +15,7 @@ from tomlkit.items import Array, Comment, Item, Trivia
 
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.tables import LARGEST
+from oblique_impact.scenario.units import unit_of
 
 _SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 _NUMBERS = {"number": "number", "integer": "whole number"}
@@ -77,6 +79,30 @@ def comment_of(schema: dict[str, Any]) -> str:
     if schema.get("unit", "1") != "1":
         words = re.sub("numbers?", rf"\g<0> in {schema['unit']}", words, count=1)
     return f"{schema['description']} ({words})"
+
+
+def first_clause(description: str) -> str:
+    """Return the beginning of a meaning, which is the name of a number."""
+    return re.split(r"[,:;]| [(\[]", description)[0]
+
+
+def listing(model: type[BaseModel], name: str = "") -> list[str]:
+    """Return a line for each key of a model as in a file: its default, its unit and what it is, or its choices."""
+    lines, inner = [f"[{name}]"] if name else [], list[str]()
+    for key, field in model.model_fields.items():
+        kind, path = field.annotation, f"{name}.{key}".lstrip(".")
+        if isinstance(kind, type) and issubclass(kind, Section):
+            inner += ["", *listing(kind, path)]
+            continue
+        if get_origin(kind) is Literal:
+            about = " | ".join(json.dumps(choice) for choice in get_args(kind))
+        else:
+            unit = unit_of(field)
+            about = (f"{unit.shown}, " if unit else "") + first_clause(field.description or "")
+        lines.append(f"{key} = {json.dumps(field.default)}".ljust(33) + f" # {about}")
+    for key, item in item_models(model).items():
+        inner += ["", *listing(item, f"[{key}]")]
+    return [*lines, *inner]
 
 
 def commented(model: type[BaseModel], data: dict[str, Any], given: Collection[str] | None = None) -> str:

@@ -15,7 +15,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario import consistency
-from oblique_impact.scenario.comments import commented
+from oblique_impact.scenario.comments import commented, listing
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
@@ -52,7 +52,8 @@ FOLLOWERS = (
 
 
 def _with_derived(schema: dict[str, Any]) -> None:
-    """Add the table of derived values of resolved files to the schema."""
+    """Add the table of derived values of resolved files to the schema, which has the meanings of keys itself."""
+    schema["description"] = schema["description"].partition("\n\n")[0]
     names = {name: {"description": "of a resolved file: follows other keys"} for name in FOLLOWERS}
     schema["properties"][DERIVED] = {"type": "object", "properties": names, "additionalProperties": False}
 
@@ -60,7 +61,9 @@ def _with_derived(schema: dict[str, Any]) -> None:
 class Scenario(Section):
     """One simulation, in SI units.
 
-    Sections and defaults are those of the scenario file; the defaults are the paper's case.
+    Sections and keys are those of the scenario file, with these defaults, which are the paper's case:
+
+        {keys}
 
     Examples
     --------
@@ -352,6 +355,10 @@ class Scenario(Section):
             keys += [f"beam.{name}" for name in MATERIAL_PROPERTIES]
         given = {f"{section}.{key}" for section in _sections() for key in getattr(self, section).model_fields_set}
         return [key for key in keys if key not in given]
+
+
+if Scenario.__doc__:  # python -OO leaves none
+    Scenario.__doc__ = Scenario.__doc__.replace("{keys}", "\n        ".join(listing(Scenario)))
 
 
 def _sections() -> dict[str, type[Section]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from oblique_impact.files import cannot_write, prepare_folder, write_text
-from oblique_impact.scenario.comments import item_models, schemas_of
+from oblique_impact.scenario.comments import first_clause, item_models, schemas_of
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -69,3 +69,16 @@ def schema_of(name: str) -> dict[str, Any] | None:
     if section in item_models(Scenario) and number.isdecimal() and int(number) > 0:
         return schemas_of(item_models(Scenario)[section]).get(key)
     return key_schemas().get(name)
+
+
+def label_of(name: str) -> str:
+    """Return the name of a key on axes and in tables: the first clause of what a number means, else the key.
+
+    >>> label_of("contact.mu_static"), label_of("contact.friction"), label_of("obstacles.1.radius")
+    ('static coefficient of friction', 'contact friction', 'radius of the peg, obstacle 1')
+    """
+    schema, parts = schema_of(name) or {}, name.split(".")
+    of = f", obstacle {parts[1]}" if parts[0] == "obstacles" and len(parts) > 1 else ""
+    if "unit" in schema:
+        return first_clause(schema["description"]) + of
+    return " ".join(parts[2:] if of else parts).replace("_", " ") + of

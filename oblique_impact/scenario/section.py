@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -39,6 +40,23 @@ class Section(BaseModel):
                 super().__init__(**data)
             except ValidationError as error:
                 raise InputError(_one_line(error, type(self))) from None
+
+        @classmethod
+        def __pydantic_init_subclass__(cls, **options: Any) -> None:
+            # for help(): the annotations of keys with a unit and a range fill screens
+            keys = {name: field.default for name, field in cls.model_fields.items()}
+            kind = Parameter.KEYWORD_ONLY
+            cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in keys.items()])
+
+        def __repr__(self) -> str:
+            """Return the call that makes it, with the keys that were given and differ from their defaults."""
+            given = {
+                name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set
+            }
+            told = (f"{k}={v!r}" for k, v in given.items() if v != type(self).model_fields[k].default)
+            return f"{type(self).__name__}({', '.join(told)})"
+
+        __str__ = __repr__
 
         def __setattr__(self, name: str, value: Any) -> None:
             raise refused(name, value, "scenarios are frozen; Scenario.replace returns a changed one")

@@ -182,7 +182,7 @@ class BaseSection(Section):
         AfterValidator(_ascends_in_time),
     ] = key(
         (),
-        "in the place of the harmonic one an acceleration over time, rows [time in s, acceleration], linear "
+        "acceleration over time in place of the harmonic one, rows [time in s, acceleration], linear "
         "between them and constant before the first and after the last",
     )
 
@@ -237,20 +237,20 @@ class ObstacleSection(Section):
     origin: Annotated[Pair, Unit("m")] = key(
         (0.0, 0.0), "a place on the side, or the centre of the point, [x, y] from the axis of the root"
     )
-    angle: Angle = key(0.0, "side: its inclination from the horizontal; pi turns its solid up")
+    angle: Angle = key(0.0, "inclination of the side from the horizontal; pi turns its solid up")
     extent: Extent = key(
         (),
-        "side: where it begins and ends, [first, last] along it from `origin`; [] is unbounded. Each end is a "
+        "ends of the side, [first, last] along it from `origin`; [] is unbounded. Each end is a "
         "corner that the beam can touch at any place",
     )
-    radius: Annotated[NonNegative, Unit("m")] = key(0.0, "point: radius of the peg; 0 is a corner")
+    radius: Annotated[NonNegative, Unit("m")] = key(0.0, "radius of the peg (a point); 0 is a corner")
     stiffness: Annotated[Positive, Unit("N/m")] = key(
-        1e6, 'stiffness of this obstacle where it is touched, with `contact.normal = "spring"`'
+        1e6, 'stiffness where it is touched, with `contact.normal = "spring"`'
     )
     bedding: Annotated[NonNegative, Unit("N/m^2")] = key(
         0.0,
-        "side: stiffness of a bed over its length, in place of `stiffness`. Each place of `contact.grid` bears on "
-        "as much of it as lies under its own part of the beam; the ends of the side are no corners then",
+        "stiffness of a bed over the length of the side, in place of `stiffness`. Each place of `contact.grid` "
+        "bears on as much of it as lies under its own part of the beam; the ends of the side are no corners then",
     )
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
@@ -274,8 +274,8 @@ class ContactSection(Section):
     )
     grid: Annotated[int, Field(ge=1, le=MAX_GRID)] = key(
         1,
-        "anywhere: into how many equal parts the beam is divided, at whose ends it can touch sides; 1: its free "
-        "end alone. Pegs and corners touch it at any place whatever the grid",
+        'number of equal parts of the beam at whose ends it can touch sides, with `where = "anywhere"`; 1: its '
+        "free end alone. Pegs and corners touch it at any place whatever the grid",
     )
     point: Annotated[Positive, Unit("m")] = key(
         1.0, "place of the contact point along the beam; not given: the beam's length"
@@ -319,7 +319,7 @@ class ContactSection(Section):
     mu_kinetic: NonNegative = key(0.3, "kinetic coefficient of friction")
     regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("m/s")] = key(
         (1e-3, 1e-2),
-        "slip velocities v0 < v1 between which the modified Coulomb law grows from 0 to its full force",
+        "slip velocities v0 < v1 of the modified Coulomb law, between which it grows from 0 to its full force",
     )
 
     @field_validator("regularization")
@@ -374,7 +374,7 @@ class DiscretizationSection(Section):
         (), "places of the nodes, ascending from 0 to the length of the beam; none: from `elements` and `grading`"
     )
     grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = key(
-        1.0, "largest over smallest element of a mesh that is graded towards the contact point"
+        1.0, "largest over smallest element, of a mesh that is graded towards the contact point"
     )
 
     @model_validator(mode="before")

@@ -20,6 +20,8 @@ from oblique_impact.renders.title import model_words
 
 #: scripts of the page, which build on each other in this order
 SCRIPTS = ("run", "scene", "controls")
+_LOADER = PackageLoader("oblique_impact.renders.player", "page")
+_PAGE = Environment(loader=_LOADER, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
 
 def write_player(story: Story, out: Path) -> Path:
@@ -36,9 +38,7 @@ def write_player(story: Story, out: Path) -> Path:
         raise InputError("--theme print: of a page should be one of light, dark, auto")
     content, history = content_of(story), story.histories[0]
     facts, arrays = content.packed()
-    loader = PackageLoader("oblique_impact.renders.player", "page")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    page = environment.get_template("player.html.j2").render(
+    page = _PAGE.get_template("player.html.j2").render(
         content=content,
         made_by=made_by(story.histories),
         style=story.style,
@@ -53,12 +53,17 @@ def write_player(story: Story, out: Path) -> Path:
         time_label=time_label(story.time_map),
         at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
         anywhere=story.geometries[0].anywhere,
-        scripts=Markup("\n").join(Markup(loader.get_source(environment, f"{name}.js")[0]) for name in SCRIPTS),
-        css=Markup(loader.get_source(environment, "player.css")[0]),
+        scripts=Markup("\n").join(Markup(_source(f"{name}.js")) for name in SCRIPTS),
+        css=Markup(_source("player.css")),
         data=Markup(facts.replace("<", "\\u003c")),  # so that it cannot end the element it stands in
         arrays=arrays,
     )
     return save_whole(out, lambda part: part.write_text(page, encoding="utf-8"))
+
+
+def _source(name: str) -> str:
+    """Return a file of the page as it is."""
+    return _LOADER.get_source(_PAGE, name)[0]
 
 
 def _why_it_stopped(history: History) -> str:

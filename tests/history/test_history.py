@@ -123,7 +123,7 @@ def test_tables(history):
     assert list(table["time"]) == [event.time for event in history.events]
     assert table["time"][3] == history.events[2].time  # counted from 1, as `render --event 3` does
     assert history.contact_table["start"][1] == history.contacts[0].start
-    series = history.time_series
+    series = history.to_dataframe()
     np.testing.assert_array_equal(series["q_1"], history["q"].values[:, 1])
     assert "ux" not in series
     energy = history.total_energy

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree
+
 import pytest
 
-from oblique_impact.validation.report import Cell, Report, Section, Table, Text
+from oblique_impact.validation.report import Cell, Report, Section, Table, Text, picture
 
 COLUMNS = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
 
@@ -31,8 +33,10 @@ def file(tmp_path_factory):
         Section("Second", item("second.two", "A bouncing ball.", "pass", "fail"), "fail", "2", True),
         Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
     ]
+    with picture("A line.") as drawn:
+        drawn.figure.add_subplot().plot([0.0, 1.0], [0.0, 1.0])
     facts = [("command", "oblique-impact validate --out " + "a" * 300)]
-    report = Report("Title", "Lead.", facts=facts, sections=sections, filtered=True)
+    report = Report("Title", "Lead.", facts=facts, overview=[drawn], sections=sections, filtered=True)
     return report.write(tmp_path_factory.mktemp("report"))
 
 
@@ -58,6 +62,15 @@ def test_no_page_scrolls_sideways_and_every_verdict_is_seen(report, width):
     assert report.evaluate("document.documentElement.scrollWidth") <= width
     assert report.evaluate("document.querySelectorAll('td.pass, td.fail').length") == 4
     assert report.evaluate(CUT_OFF) == 0
+
+
+def test_a_picture_is_saved_as_svg(report):
+    with report.expect_download() as download:
+        report.get_by_role("button", name="Save as SVG").click()
+    assert download.value.suggested_filename == "figure-1.svg"
+    drawing = ElementTree.parse(download.value.path()).getroot()
+    assert drawing.tag == "{http://www.w3.org/2000/svg}svg"
+    assert len(list(drawing.iter("{http://www.w3.org/2000/svg}path"))) > 10
 
 
 def test_groups_are_folded_but_those_that_fail_and_a_link_opens_one(report, file):

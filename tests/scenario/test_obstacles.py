@@ -62,7 +62,7 @@ def test_files_keep_them(scenario, tmp_path):
     resolved = scenario.to_toml()
     assert Scenario.from_toml(resolved) == scenario
     assert resolved.count("[[obstacles]]") == 2
-    assert resolved.count("# point: radius of the peg; 0 is a corner (number in m, >= 0)\nradius = ") == 2
+    assert resolved.count("# radius of the peg (a point); 0 is a corner (number in m, >= 0)\nradius = ") == 2
     made = start_scenario(tmp_path / "mine.toml", scenario)
     text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
     assert made == scenario

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import math
 import pickle
+import re
 import tomllib
 
 import pytest
 
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
+from oblique_impact.scenario import sections
 from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.sections import BeamSection, ContactSection, DiscretizationSection, SolverSection
 
 #: the paper's data (its Sec. 7), and what the design of the program takes where the paper is silent
@@ -286,3 +290,20 @@ def test_a_start_that_touches_the_slope_is_legal(speed, first):
     else:
         assert (events[0].time, events[0].kind.value) == (0.0, first)
         assert events[0].normal_velocity == pytest.approx(speed, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_its_repr_is_the_call_that_makes_it(name):
+    scenario = Scenario.builtin(name)
+    assert eval(repr(scenario), vars(sections) | {"Scenario": Scenario}) == scenario
+    assert "tolerance" not in repr(scenario.replace(gravity=9.81))
+    assert "gravity=9.81" in str(scenario.replace(gravity=9.81))
+
+
+def test_help_lists_every_key_with_default_unit_and_choices():
+    text = inspect.getdoc(Scenario)
+    for key in key_schemas():
+        assert re.search(rf"^ *{key.rpartition('.')[2]} = ", text, re.MULTILINE)
+    assert re.search(r"^ *density = 2766\.7 +# kg/m³, ", text, re.MULTILINE)
+    assert re.search(r'^ *normal = "rigid" +# "rigid" \| "spring"$', text, re.MULTILINE)
+    assert "Annotated" not in str(inspect.signature(Scenario))

@@ -19,7 +19,9 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
 from oblique_impact.validation import compare
+from oblique_impact.validation.comparison import compare_all, report
 from oblique_impact.validation.event_pairs import align, hausdorff_distance
+from oblique_impact.validation.report import Table, readable
 
 END = 2.0
 
@@ -198,15 +200,16 @@ def test_hausdorff_distance_of_curves_with_jumps():
 # --- the command
 
 
-def test_two_runs_become_a_page_or_numbers(run, tmp_path, cli):
+def test_runs_become_a_page_or_numbers(run, tmp_path, cli):
     """An undamped beam on a rigid stop, which is warned of, and one with a damping that its modes resolve."""
     alike = ("paper", "end_time=0.33", "discretization.modes=4")
     histories = run(*alike), run(*alike, "beam.kelvin_voigt=2e-4")
     folders = [history.save(tmp_path / name) for name, history in zip("ab", histories, strict=True)]
+    changed = f"scenarios: 1 key differs\n  beam.kelvin_voigt: 0.0 in {folders[0]}, 0.0002 in {folders[1]}\n"
     for suffix in ("html", "json"):
         code, out, err = cli("compare", *folders, "--out", tmp_path / "new" / f"c.{suffix}")
         assert (code, err) == (0, "")
-        assert out.startswith(f"{folders[0]} and {folders[1]}, 0 to 0.33 s\noutcome: completed\nevents: ")
+        assert out.startswith(f"{folders[0]} and {folders[1]}, 0 to 0.33 s\n{changed}outcome: completed\nevents: ")
         assert out.endswith(f"report: {tmp_path}/new/c.{suffix}\n")
     found = compare(*histories)
     assert found.changed_keys == {"beam.kelvin_voigt": (0.0, 2e-4)}
@@ -218,10 +221,33 @@ def test_two_runs_become_a_page_or_numbers(run, tmp_path, cli):
     assert data["changed_keys"] == {"beam.kelvin_voigt": [0.0, 2e-4]}
     assert data["warnings"] == [{"runs": str(folders[0]), "warning": warning}]
     page = html.unescape((tmp_path / "new" / "c.html").read_text())
-    for told in (out, page):
-        assert f"beam.kelvin_voigt: 0.0 in {folders[0]}, 0.0002 in {folders[1]}" in told
-        assert warning in told
+    assert warning in out
+    assert readable(warning) in page
     assert f"oblique-impact compare {folders[0]} {folders[1]}" in page
+
+
+def test_several_runs_are_compared_with_the_first_and_their_keys_stand_first(run):
+    runs = {angle: run("paper", "end_time=0.33", f"slope.angle={angle}") for angle in (0.3, 0.31, 0.32)}
+    pairs = compare_all([*runs.values()], ["a", "b", "c"])
+    assert [pair.names for pair in pairs] == [("a", "b"), ("a", "c")]
+    assert pairs[1].largest_shift == compare(runs[0.3], runs[0.32]).largest_shift
+    assert len(repr(pairs[0])) < 200
+    assert pairs[0]._repr_html_().count("<svg") == 1
+    page = report(pairs)
+    differ, measured = (block for block in page.overview[:2] if isinstance(block, Table))
+    assert [[cell.text for cell in row] for row in differ.cells()] == [
+        ["inclination of the slope from the horizontal", "slope.angle", "rad", "0.3", "0.31", "0.32"]
+    ]
+    first = next(row for row in measured.cells() if row[0].text == "first touch-down")
+    assert [float(cell.text) for cell in first[2:]] == pytest.approx(
+        [history.macro_collisions[0]["start"] for history in runs.values()], abs=5e-6
+    )
+    (table,) = next(section.blocks for section in page.sections if section.title == "Parameters")
+    shared = {row[1].text: row[3].text for row in table.cells()}
+    assert shared["beam.youngs_modulus"] == "6.8952 × 10¹⁰"
+    assert "slope.angle" not in shared
+    with pytest.raises(InputError, match="at least two"):
+        compare_all([runs[0.3]])
 
 
 BAD = {

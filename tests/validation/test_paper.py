@@ -83,7 +83,7 @@ def test_schemes_are_one_above_the_other_and_models_have_their_lines():
     ]
     handles = {handle.get_label(): handle for handle in figure.legends[0].legend_handles}
     assert all(line.get_color() == handles[line.get_label()].get_color() for line in (*above.lines, *below.lines))
-    assert [axes.get_ylabel() for axes in (above, below)] == [r"$Z_\tau$ (m)"] * 2
+    assert [axes.get_ylabel() for axes in (above, below)] == [r"place $Z_\tau$ (m)"] * 2
     assert (below.get_xlabel(), below.get_xlim()) == ("time (s)", (0.0, 1.0))
 
 
@@ -99,7 +99,7 @@ def test_a_collision_is_drawn_in_milliseconds_and_mm_with_its_marks_and_the_pape
     assert figure.axes[1].get_xlim() == pytest.approx((297.6, 342.4))
     for axes in figure.axes:
         marks = {line.get_marker(): line for line in axes.lines}
-        assert axes.get_ylabel() == r"$Z_\tau$ (mm)"
+        assert axes.get_ylabel() == r"place $Z_\tau$ (mm)"
         assert np.ravel(marks["v"].get_data()) == pytest.approx([310.0, 310.0])
         assert np.ravel(marks["o"].get_data()) == pytest.approx([320.0, 320.0])
         (paper_line,) = (line for line in axes.lines if line.get_label() == "paper")

@@ -13,6 +13,7 @@ import pytest
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.validation import refine
+from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
 from oblique_impact.validation.studies.ladders import AXES, Ladder, Study, sizes_of
 from oblique_impact.validation.studies.refinement import declared_orders, level_frame, lines, report
@@ -155,15 +156,22 @@ def test_remarks_and_changes_are_in_lines_and_report():
     )
     result = refine(study=Study("a", "a", "", ladders), changes=["beam.length=0.9"], workers=1)
     assert "converged in the tolerance" in result.quantity("impulse").analysis.words
-    no_limit = next(remark for remark in result.ladders[0].remarks if remark.startswith("impulse"))
+    no_limit = next(remark for remark in result.ladders[0].remarks if remark.startswith("normal impulse"))
     assert "no limit as modes or elements are added" in no_limit
     counts = result.ladders[1].runs["events"].tolist()
     uneven, warning = result.ladders[1].remarks
     assert f"differs from level to level ({', '.join(map(str, counts))})" in uneven
     assert warning.startswith("warning (modes 1, 2, 3): contact.normal: a rigid stop")
     page, told = html.unescape(report(result).html()), lines(result)
-    assert all(f"  {remark}" in told and remark[1:] in page for remark in (no_limit, uneven, warning))
-    assert "Scenario paper; end_time = 0.4, beam.length = 0.9" in page
+    assert all(f"  {remark}" in told and readable(remark[1:]) in page for remark in (no_limit, uneven, warning))
+    differ = next(block for block in report(result).overview if block.caption == "Parameters that differ.")
+    keys = {row[1].text: [value.text for value in row[3:]] for row in differ.cells()}
+    assert keys["end_time"] == [f"{ladder.base.end_time:g}" for ladder in ladders]
+    assert "beam.length" not in keys
+    assert '<td class="number">0.9</td>' in page
+    # at a prompt a line for each quantity
+    assert len(repr(result).splitlines()) == 4
+    assert result.quantity("impulse").analysis.words in result._repr_html_()
 
 
 # --- the command

@@ -240,18 +240,26 @@ TWO_AXES = 'quantities = ["impulse"]\n' + axis("slope.angle", "range = [0.1, 0.9
 @pytest.mark.parametrize(
     ("text", "pictures", "labels"),
     [
-        (FLIGHT + axis("initial.angle", "values = [0.1, 0.2]"), 1, ["initial.angle (rad)", "tip y@0.01 (m)"]),
+        (
+            FLIGHT + axis("initial.angle", "values = [0.1, 0.2]"),
+            1,
+            ["angle of the beam from the", "horizontal (rad)", "contact point, inertial y at", "0.01 s (m)"],
+        ),
         (
             TWO_AXES + axis("gravity", "values = [1, 2]"),
             1,
-            ["gravity = 1 m/s²", "slope.angle (rad)", "run stopped before its end"],
+            ["acceleration of gravity = 1 m/s²", "from the horizontal (rad)", "run stopped before its end"],
         ),
         (
             TWO_AXES + axis("gravity", 'range = [1, 100]\ncount = 7\nspacing = "log"'),
             2,
-            ["gravity (m/s²)", "impulse (N s)", "no such value", "reversal"],
+            ["acceleration of gravity (m/s²)", "first macro-collision (N s)", "no such value", "reversal"],
         ),
-        (SAMPLE.format(name="sobol", samples=4, seed=1), 2, ["gravity (m/s²)", "end_time (s)"]),
+        (
+            SAMPLE.format(name="sobol", samples=4, seed=1),
+            2,
+            ["acceleration of gravity (m/s²)", "duration of the run (s)"],
+        ),
         (TWO_AXES + axis("gravity", "values = [1, 2]") + axis("end_time", "values = [1, 2]"), 0, []),
     ],
     ids=["one axis", "curves", "map", "sample", "three axes"],

@@ -36,8 +36,8 @@ def frequency_errors_figure(meshes: Array, errors: Mapping[str, Array], roots: M
                 axes.loglog(root / meshes, error, _MARKERS[k], color=colour, label=label, markersize=5)
         x = np.array([0.05, 3.0])
         axes.loglog(x, x**4 / 1440.0, color=GREY, linewidth=1.0, label="(b h)⁴/1440")
-        axes.set_xlabel("b h (–): root times element length over the beam's")
-        axes.set_ylabel("relative frequency error (–)")
+        axes.set_xlabel("b h: root times element length over the beam's")
+        axes.set_ylabel("relative frequency error")
         axes.legend()
     return result
 
@@ -58,8 +58,8 @@ def campbell_figure(beams: Mapping[str, SpinningBeam], points: Sequence[tuple[An
                         kept = [value for value in values[direction] if value > 0.0]
                         axes.plot([speed] * len(kept), kept, linestyle="none", **mark)
                 axes.plot([], [], label=f"{direction}wise", linestyle=dash, **mark)
-            axes.set(xlabel="spin rate / sqrt(EI/(m L⁴)) (–)", title=f"{title} root")
-        panels[0].set_ylabel("frequency / sqrt(EI/(m L⁴)) (–)")
+            axes.set(xlabel="spin rate / sqrt(EI/(m L⁴))", title=f"{title} root")
+        panels[0].set_ylabel("frequency / sqrt(EI/(m L⁴))")
         panels[1].legend(loc="lower right")
     return result
 
@@ -127,7 +127,7 @@ def mesh_convergence_figure(meshes: Array, errors: Array) -> Picture:
         middle = len(meshes) // 2
         where = {"xy": (meshes[middle], slope[middle]), "xytext": (-4, -3), "textcoords": "offset points"}
         axes.annotate("order 4", **where, color=GREY, ha="right", va="top")
-        axes.set(xlabel="elements (–)", ylabel="time difference (s)")
+        axes.set(xlabel="elements", ylabel="time difference (s)")
         axes.set(xticks=meshes, xticklabels=[str(n) for n in meshes])
         axes.minorticks_off()
         axes.legend()
@@ -161,7 +161,7 @@ def tolerance_figure(rows: Sequence[tuple[str, Array]]) -> Picture:
             axes.semilogx(shown[~bad], np.full((~bad).sum(), place), "|", color=SERIES[0], markersize=11)
             axes.semilogx(shown[bad], np.full(bad.sum(), place), "X", color=SERIES[4], markersize=7)
         axes.axvline(1.0, color="black", linewidth=1.0)
-        axes.set(xlim=(5e-7, 2e3), ylim=(len(rows) - 0.4, -0.6), xlabel="error / tolerance (–)")
+        axes.set(xlim=(5e-7, 2e3), ylim=(len(rows) - 0.4, -0.6), xlabel="error / tolerance")
         axes.set_yticks(range(len(rows)), [name for name, _ in rows])
         axes.grid(visible=False, axis="y")
     return result

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from oblique_impact.validation.paper.figures import PLOTS, draw
 from oblique_impact.validation.paper.measures import MODELS, NAN, SCHEMES, Models
 from oblique_impact.validation.paper.rules import CLAIMS, NOT, PARTLY, REPRODUCED, VERDICTS
 from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text, write_file
+from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.parallel import map_parallel
 
 #: s of one core that the runs and figures take on a fast machine
@@ -29,7 +29,7 @@ SECONDS = 150.0
 _KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Reproduction:
     """The paper's claims with their verdicts, and the runs behind them.
 
@@ -53,6 +53,18 @@ class Reproduction:
     runs: dict[str, History]
     combinations: pd.DataFrame
     seconds: float
+
+    def __repr__(self) -> str:
+        """Return how many claims have which verdict."""
+        return f"<Reproduction: {self.counts}>"
+
+    def _repr_html_(self) -> str:
+        """Show the claims in a notebook."""
+        return Report(_TITLE, _LEAD, overview=_overview(self))._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each claim: `claims`."""
+        return self.claims
 
     @property
     def verdicts(self) -> dict[str, int]:
@@ -110,10 +122,7 @@ def reproduce(
     started = time.perf_counter()
     named, grid = measures.cases(), measures.combinations()
     tasks: list[Scenario | dict[str, Any]] = [*named.values(), *grid]
-    with warnings.catch_warnings():
-        # workers that hold much memory after a long run are replaced by joblib, which says so
-        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
-        found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
+    found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
     runs: dict[str, History] = dict(zip(named, found, strict=False))
     combined = pd.DataFrame(found[len(named) :])
     result = Reproduction(judge_claims(runs, combined), runs, combined, time.perf_counter() - started)
@@ -182,22 +191,17 @@ def write_report(result: Reproduction, folder: Path) -> None:
         write_file(folder / "figures" / f"fig{figure:02d}.svg", picture.svg)
     for name, frame in (("claims", claims), ("combinations", grid)):
         write_file(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
-    overview = (
-        f"{result.counts}. {result.undiscriminating} of them, marked =, do not discriminate: all "
-        f"{len(grid)} combinations of open choices reproduce them."
-    )
-    missed = " ".join(claims["paper"][claims["verdict"] == NOT]) or "none."
     page = Report(
-        "The paper's figures and claims, from our runs",
+        _TITLE,
         _LEAD,
         result.seconds,
         facts=_ASSUMED,
-        overview=[Text(overview), Text(f"Not reproduced: {missed}"), Text(_RULES)],
+        overview=_overview(result),
         sections=[
-            Section("Claims", [_claims(claims)]),
             Section("Figures 2 to 16", [Text(_ABOUT_FIGURES), *pictures.values()]),
             Section("What the paper leaves open", [_choices(grid)]),
             Section("The runs", _runs(result)),
+            *parameters(_scenarios(result)),
             Section("Stick, and the limits of this reproduction", [Text(text) for text in _LIMITS]),
         ],
     )
@@ -211,6 +215,27 @@ def write_report(result: Reproduction, folder: Path) -> None:
         for key, run in result.runs.items()
     }
     page.write(folder, {"claims": claims, "combinations": grid, "runs": runs})
+
+
+def _overview(result: Reproduction) -> list[Block]:
+    """Return what was found, and the table of the claims."""
+    claims = result.claims
+    missed = " ".join(claims["paper"][claims["verdict"] == NOT]) or "none."
+    return [
+        Text(
+            f"{result.counts}. {result.undiscriminating} of them, marked =, do not discriminate: all "
+            f"{len(result.combinations)} combinations of open choices reproduce them."
+        ),
+        Text(f"Not reproduced: {missed}"),
+        Text(_RULES),
+        _claims(claims),
+    ]
+
+
+def _scenarios(result: Reproduction) -> dict[str, Scenario | None]:
+    """Return the scenarios of the paper's case by scheme/model."""
+    names = {key: key.removeprefix("paper/") for key in result.runs if key.startswith("paper/")}
+    return {name: result.runs[key].scenario for key, name in names.items()}
 
 
 def _claims(claims: pd.DataFrame) -> Table:
@@ -250,19 +275,23 @@ def _choices(grid: pd.DataFrame) -> Table:
 
 
 def _runs(result: Reproduction) -> list[Block]:
-    runs = {key.removeprefix("paper/"): run for key, run in result.runs.items() if key.startswith("paper/")}
+    runs = {name: result.runs[f"paper/{name}"] for name in _scenarios(result)}
     macros = pd.DataFrame({"run": key, **macro} for key, run in runs.items() for macro in run.macro_collisions)
     macros.attrs["units"] = {"start": "s", "end": "s", "peak_force": "N"}
     macros.attrs["units"] |= {"normal_impulse": "N s", "tangential_impulse": "N s"}
     ledgers = pd.DataFrame({"run": key, **run.balance} for key, run in runs.items())
     shown = ("run", "initial", "final", "lost_impact", "lost_friction", "lost_scheme", "unaccounted")
-    about = "lost_scheme is the work of Baumgarte's terms, negative where they push a tip out of the slope"
+    about = (
+        "what the scheme takes is the work of Baumgarte's terms, negative where they push a tip out of the slope"
+    )
     return [
-        Table.of_frame(macros, "Macro-collisions: contacts less than 0.03 s apart, impacts included"),
-        Table.of_frame(ledgers, f"Energy ledger (J); {about}", columns={name: name for name in shown}),
+        differing(_scenarios(result)),
+        Table.of_frame(macros, "Macro-collisions: contacts less than 0.03 s apart, impacts included", digits=5),
+        Table.of_frame(ledgers[[*shown]], f"Energy balance (J); {about}", digits=4),
     ]
 
 
+_TITLE = "The paper's figures and claims, from our runs"
 _LEAD = (
     "W. Yuan, L. Li, D. G. Zhang, J. Z. Hong: New method for oblique impact dynamics research of a flexible beam "
     "with large overall motion considering impact friction force. Acta Mechanica Sinica 32(4), 2016. Only the "
@@ -290,7 +319,7 @@ _LIMITS = (
     "as printed judges by the forces alone (Sec. 5.3) and finds stick where the slip velocity passes an extreme, "
     "though the tip does not rest then.",
     "The fixed-step algorithm notices a contact up to one free step late, 0.4 mm below the slope; its Baumgarte "
-    "terms then push the tip out and do work on the beam (lost_scheme). From the second macro-collision on, that "
+    "terms then push the tip out and do work on the beam. From the second macro-collision on, that "
     "shapes the results of the printed step sizes.",
     "With a rigid stop nothing after the first macro-collision converges as modes are added: agreement or "
     "disagreement at 0.699 s depends on the number of modes, which the paper does not give.",

@@ -76,29 +76,29 @@ _INERTIAL = (
     "it, although its Sec. 2 names the floating axes OXY."
 )
 PLOTS = (
-    Plot(2, "lambda_tau", "Tangential friction force", r"$\lambda_\tau$", "N", note=_NO_IMPACTS),
-    Plot(3, "lambda_n", "Normal impact force", r"$\lambda_n$", "N", note=_NO_IMPACTS),
-    Plot(4, "energy", "Total mechanical energy", "$T + V$", "J"),
-    Plot(5, "energy_kinetic", "Kinetic energy", "$T$", "J"),
-    Plot(6, "energy_gravity", "Gravitational potential energy", "$V_G$", "J"),
-    Plot(7, "energy_elastic", "Elastic potential energy", "$V_E$", "J"),
-    Plot(8, "theta", "Rotation angle of joint O", r"$\theta$", "rad"),
-    Plot(9, "theta_dot", "Rotation angular velocity", r"$\dot\theta$", "rad/s"),
-    Plot(10, "tip_x", "Impact point along inertial X", "$X_P$", "m", note=_INERTIAL),
-    Plot(11, "tip_vx", "Velocity along inertial X", r"$\dot X_P$", "m/s"),
-    Plot(12, "tip_y", "Impact point along inertial Y", "$Y_P$", "m"),
-    Plot(13, "tip_vy", "Velocity along inertial Y", r"$\dot Y_P$", "m/s"),
-    Plot(14, "slip", "Impact point along O₁X₁", r"$Z_\tau$", "m"),
-    Plot(15, "slip", "As Fig. 14, 1st macro-collision", r"$Z_\tau$", "mm", collision=1),
-    Plot(16, "slip", "As Fig. 14, 2nd macro-collision", r"$Z_\tau$", "mm", collision=2),
+    Plot(2, "lambda_tau", "Tangential friction force", r"friction force $\lambda_\tau$", "N", note=_NO_IMPACTS),
+    Plot(3, "lambda_n", "Normal impact force", r"normal force $\lambda_n$", "N", note=_NO_IMPACTS),
+    Plot(4, "energy", "Total mechanical energy", "energy $T + V$", "J"),
+    Plot(5, "energy_kinetic", "Kinetic energy", "energy $T$", "J"),
+    Plot(6, "energy_gravity", "Gravitational potential energy", "energy $V_G$", "J"),
+    Plot(7, "energy_elastic", "Elastic potential energy", "energy $V_E$", "J"),
+    Plot(8, "theta", "Rotation angle of joint O", r"angle $\theta$", "rad"),
+    Plot(9, "theta_dot", "Rotation angular velocity", r"velocity $\dot\theta$", "rad/s"),
+    Plot(10, "tip_x", "Impact point along inertial X", "place $X_P$", "m", note=_INERTIAL),
+    Plot(11, "tip_vx", "Velocity along inertial X", r"velocity $\dot X_P$", "m/s"),
+    Plot(12, "tip_y", "Impact point along inertial Y", "place $Y_P$", "m"),
+    Plot(13, "tip_vy", "Velocity along inertial Y", r"velocity $\dot Y_P$", "m/s"),
+    Plot(14, "slip", "Impact point along O₁X₁", r"place $Z_\tau$", "m"),
+    Plot(15, "slip", "As Fig. 14, 1st macro-collision", r"place $Z_\tau$", "mm", collision=1),
+    Plot(16, "slip", "As Fig. 14, 2nd macro-collision", r"place $Z_\tau$", "mm", collision=2),
 )
 
 
 def draw(plot: Plot, schemes: Mapping[str, Models]) -> Picture:
     """Draw one of the paper's figures."""
-    caption = f"Fig. {plot.number}. {plot.title} ({plot.unit}). {plot.note}".strip()
+    caption, name = f"{plot.title}. {plot.note}".strip(), f"Fig. {plot.number}"
     alternative = f"{plot.title} of the three models over time, fixed-step above, event-located below"
-    with picture(caption, WIDTH, HEIGHT, alternative, half=True) as result:
+    with picture(caption, WIDTH, HEIGHT, alternative, half=True, name=name) as result:
         draw_on(result.figure, plot, schemes)
     return result
 

@@ -14,10 +14,11 @@ A report is sections of text, tables and pictures:
     )
     report.write(folder, data={"force": 5.25}, table=frame)
 
-writes report.html, results.json and results.csv into `folder`, each whole or not at all; versions, machine and
-provenance are added to the page and to the JSON.  Cells of a table are texts, numbers (six digits; `cell` takes
-others), None, or a `Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats a
-number for reading.  `write_json` and `write_file` write further files.
+writes report.html, results.json and results.csv into `folder`, each whole or not at all; date, command, versions,
+machine and provenance are added to the page, and all but the date to the JSON.  Tables and pictures are numbered;
+a button saves a picture as SVG.  Cells of a table are texts, numbers (six digits; `cell` takes others), None, or a
+`Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats a number for reading,
+`number_within` to the digits that its uncertainty leaves.  `write_json` and `write_file` write further files.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -53,16 +54,47 @@ HALF, FULL = 5.6, 9.2
 _PIXELS_PER_INCH = 115
 
 
-def number(value: float | None, digits: int = 6) -> str:
-    """Format a number for reading: significant digits, a proper minus and powers of ten; "–" for none."""
+def number(value: float | None, digits: int = 6, zeros: bool = False) -> str:
+    """Format a number for reading: significant digits, a proper minus and powers of ten; "–" for none.
+
+    Trailing `zeros` are kept where they tell how exactly the number is known.
+    """
     if value is None or math.isnan(value):
         return "–"
-    text = f"{value:.{digits}g}"
-    mantissa, _, exponent = text.partition("e")
-    if exponent:
-        power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-        text = f"{mantissa} × 10{power}"
-    return text.replace("-", "−")
+    mantissa, _, exponent = f"{value:{'#' if zeros else ''}.{digits}g}".partition("e")
+    return mantissa.rstrip(".").replace("-", "−") + (f" × 10{_power(exponent)}" if exponent else "")
+
+
+def _power(exponent: str) -> str:
+    return str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def rounded(value: float, uncertainty: float) -> tuple[float, int]:
+    """Return a value rounded to the second digit of its uncertainty, and how many digits show it."""
+    if not (math.isfinite(value) and math.isfinite(uncertainty)):
+        return value, 6
+    if not uncertainty or not value:
+        return value, 10
+    power = math.floor(math.log10(abs(value)))
+    digits = min(max(power - math.floor(math.log10(uncertainty)) + 2, 2), 14)
+    # 15900 rather than 1.59e4
+    return float(f"{value:.{digits}g}"), max(digits, power + 1) if power < 6 else digits
+
+
+def number_within(value: float, uncertainty: float) -> str:
+    """Format a number for reading, to the second digit of its uncertainty; whole numbers without a point."""
+    shown, digits = rounded(value, uncertainty)
+    return number(shown, digits, zeros=0.0 < uncertainty < math.inf and not shown.is_integer())
+
+
+def readable(text: str) -> str:
+    """Return a text with its numbers as `number` has them: "1 × 10⁻⁵" for "1e-05"."""
+    return re.sub(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)\b", lambda n: f"{n[1]} × 10{_power(n[2])}", text)
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return words as a list in a sentence: "a, b and c"."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -72,7 +104,7 @@ def with_unit(name: str, unit: str) -> str:
 
 @dataclass(frozen=True)
 class Cell:
-    """Text of a table cell; `kind` is "", "number", "pass", "fail", "partly", "dim" or "code"."""
+    """Text of a table cell; `kind` is "", "number", "pass", "fail", "partly", "dim", "code" or "number dim"."""
 
     text: str
     kind: str = ""
@@ -129,7 +161,10 @@ class Table:
 
         ``frame.attrs["units"]`` holds units by column.
         """
-        units, names = frame.attrs.get("units", {}), columns or {name: str(name) for name in frame.columns}
+        units, names = (
+            frame.attrs.get("units", {}),
+            columns or {name: str(name).replace("_", " ") for name in frame},
+        )
         headings = [with_unit(heading, units.get(name, "1")) for name, heading in names.items()]
         rows = [[cell(value, digits) for value in row] for row in frame[list(names)].itertuples(index=False)]
         return cls(headings, rows, caption, wide)
@@ -145,22 +180,27 @@ class Table:
 
     def heading(self, column: int) -> str:
         """Return the kind of a heading: numbers stand under the right end of theirs."""
-        return "number" if self.rows and cell(self.rows[0][column]).kind == "number" else ""
+        return "number" if self.rows and "number" in cell(self.rows[0][column]).kind else ""
 
 
 @dataclass
 class Picture:
     """A picture as SVG text, with the alternative text for those who cannot see it; see `picture`.
 
-    Two `half` pictures in a row stand side by side.
+    Two `half` pictures in a row stand side by side.  A picture with a `name` has that in place of a number.
     """
 
-    svg: str
+    svg: str = field(repr=False)
     caption: str = ""
     alternative: str = ""
     half: bool = False
+    name: str = ""
     block: str = "picture"
     figure: Any = None
+
+    def _repr_svg_(self) -> str:
+        """Show the picture in a notebook."""
+        return self.svg
 
     @property
     def markup(self) -> Markup:
@@ -170,13 +210,18 @@ class Picture:
 
 @contextmanager
 def picture(
-    caption: str, width: float = FULL, height: float = 3.4, alternative: str = "", half: bool = False
+    caption: str,
+    width: float = FULL,
+    height: float = 3.4,
+    alternative: str = "",
+    half: bool = False,
+    name: str = "",
 ) -> Iterator[Picture]:
     """Make a picture: draw on its `figure` in the block; behind the block it is a block of a report.
 
     It is the same from run to run: no dates, no random identifiers.
     """
-    drawn = Picture("", caption, alternative or caption, half)
+    drawn = Picture("", caption, alternative or caption, half, name)
     with figure_style():
         drawn.figure = Figure(figsize=(width, height), layout="constrained")
         yield drawn
@@ -184,10 +229,8 @@ def picture(
         drawn.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text, drawn.figure = buffer.getvalue(), None
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    # the size in points gives way to the page's, up to a size at which all figures have the same letters
-    opening = re.sub(r' (?:width|height)="[^"]*"', "", text[: text.index(">")])
-    limit = round(_PIXELS_PER_INCH * width)
-    drawn.svg = f'{opening} style="max-width: {limit}px"{text[text.index(">") :]}'
+    # in a page it is as wide as that, up to a size at which all figures have the same letters
+    drawn.svg = text.replace("<svg", f'<svg style="max-width: {round(_PIXELS_PER_INCH * width)}px"', 1)
 
 
 Block = Text | Table | Picture
@@ -230,6 +273,16 @@ class Report:
 
     def html(self) -> str:
         """Return the report as one page: styles and pictures inside, no address."""
+        date, command = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"), command_line()
+        seconds = f"{self.seconds:.1f} s" if self.seconds is not None else ""
+        times = [("date", date), ("command", command), ("wall time", seconds)]
+        return self._rendered("page", times=times, facts=[*self.facts, *_provenance()])
+
+    def _repr_html_(self) -> str:
+        """Show title and overview in a notebook."""
+        return self._rendered("head")
+
+    def _rendered(self, template: str, **facts: Any) -> str:
         environment = Environment(
             loader=PackageLoader("oblique_impact.validation", "report"),
             autoescape=True,
@@ -237,11 +290,8 @@ class Report:
             trim_blocks=True,
             lstrip_blocks=True,
         )
-        times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", command_line())]
-        times += [("wall time", f"{self.seconds:.1f} s")] if self.seconds is not None else []
-        return environment.get_template("report.html.j2").render(
-            document=self, facts=[*self.facts, *_provenance()], times=times
-        )
+        environment.filters["readable"] = readable
+        return environment.get_template(f"{template}.html.j2").render(document=self, **facts)
 
     def write(
         self,

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
-from oblique_impact.validation.report import number
+from oblique_impact.validation.report import number_within
 
 #: safety factor of the grid convergence index of three levels or more
 SAFETY = 1.25
@@ -75,7 +75,7 @@ RULE = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Analysis:
     """Differences, orders and verdict of one quantity over all levels, coarse to fine."""
 
@@ -108,20 +108,13 @@ class Analysis:
         """Return the analysis of a quantity that has no limit, whatever its values suggest."""
         return replace(self, verdict=NOT_DETERMINED, order=math.nan, limit=math.nan, reason=reason)
 
-    def rounded(self, value: float) -> tuple[float, int]:
-        """Return a value rounded to the second digit of its uncertainty, and how many digits show it."""
-        if not (math.isfinite(value) and math.isfinite(self.uncertainty)):
-            return value, 6
-        if not self.uncertainty or not value:
-            return value, 10
-        power = math.floor(math.log10(abs(value)))
-        digits = min(max(power - math.floor(math.log10(self.uncertainty)) + 2, 2), 14)
-        # 15900 rather than 1.59e4
-        return float(f"{value:.{digits}g}"), max(digits, power + 1) if power < 6 else digits
-
     def shown(self, value: float) -> str:
         """Return a value in as many digits as its uncertainty leaves."""
-        return number(*self.rounded(value))
+        return number_within(value, self.uncertainty)
+
+    def __repr__(self) -> str:
+        """Return the verdict, and why."""
+        return f"<Analysis: {self.words}: {self.reason}>"
 
 
 def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:

@@ -21,7 +21,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.messages import did_you_mean, one_of, refused, short
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.schema import schema_of
+from oblique_impact.scenario.schema import label_of, schema_of
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
@@ -100,6 +100,11 @@ class AxisSection(Section):
     def label(self) -> str:
         """Keys as one name."""
         return " = ".join(self.names)
+
+    @property
+    def words(self) -> str:
+        """What the keys mean, for axes and tables."""
+        return " = ".join(label_of(name) for name in self.names)
 
     @property
     def unit(self) -> str:

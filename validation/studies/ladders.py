@@ -12,7 +12,15 @@ import pandas as pd
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.studies.convergence import NO_VERDICT, TOLERANCE, Analysis, analyse
+from oblique_impact.validation.report import rounded
+from oblique_impact.validation.studies.convergence import (
+    CONVERGED,
+    CONVERGING,
+    NO_VERDICT,
+    TOLERANCE,
+    Analysis,
+    analyse,
+)
 from oblique_impact.validation.studies.quantities import Quantity, natural_scale, quantity
 from oblique_impact.validation.studies.study import Run, reasons, same_warnings
 
@@ -157,7 +165,7 @@ class Study:
     tolerance: float = TOLERANCE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class QuantityResult:
     """One quantity over the levels of a ladder, and what its values say."""
 
@@ -177,8 +185,20 @@ class QuantityResult:
         """Values, coarse to fine; NaN where a level does not have it."""
         return [float(value) for value in self.analysis.levels["value"]]
 
+    @property
+    def finest(self) -> str:
+        """The finest value in the digits of its uncertainty, with that and the unit, or why there is none."""
+        a, unit = self.analysis, self.quantity.unit.removeprefix("1")
+        value, digits = rounded(self.values[-1], a.uncertainty)
+        known = f" +- {a.uncertainty:.2g}" if a.verdict in (CONVERGED, CONVERGING) else ""
+        return self.gaps[-1] or f"{value:.{digits}g}{known} {unit}".strip()
 
-@dataclass(frozen=True)
+    def __repr__(self) -> str:
+        """Return value, verdict and reason in a line."""
+        return f"<{self.quantity.name}: {self.finest}, {self.analysis.words} ({self.analysis.reason})>"
+
+
+@dataclass(frozen=True, repr=False)
 class LadderResult:
     """A ladder with the frame of its levels, coarse to fine; `remark` is about the sizes h."""
 
@@ -187,6 +207,10 @@ class LadderResult:
     sizes: tuple[float, ...]
     remark: str
     results: tuple[QuantityResult, ...]
+
+    def __repr__(self) -> str:
+        """Return a line for each quantity."""
+        return "\n".join([f"<LadderResult: {self.ladder.name}>", *(f"  {item!r}" for item in self.results)])
 
     @property
     def axis(self) -> Axis:
@@ -203,7 +227,7 @@ class LadderResult:
         remarks = []
         lost = [item for item in self.results if item.without_limit]
         if self.ladder.within and lost:
-            names = ", ".join(item.quantity.name for item in lost)
+            names = "; ".join(item.quantity.meaning for item in lost)
             remarks.append(
                 f"{names}: no limit as modes or elements are added ({lost[0].without_limit}); "
                 f"what has converged{self.ladder.within} has done so at this number of modes or elements alone"
@@ -217,39 +241,6 @@ class LadderResult:
         labels = (f"{level:g}" for level in self.ladder.levels)
         found = same_warnings(zip(labels, self.runs["warnings"], strict=True))
         return remarks + [f"warning ({self.axis.label} {', '.join(levels)}): {text}" for text, levels in found]
-
-
-@dataclass(frozen=True, repr=False)
-class StudyResult:
-    """A study with everything it found.
-
-    Attributes
-    ----------
-    study : Study
-        What was refined.
-    tolerance : float
-        Relative uncertainty at which a quantity counts as converged.
-    ladders : tuple of LadderResult
-        With runs and verdicts.
-    seconds : float
-        Wall time (s): with those of the runs, the only numbers that change from time to time.
-    """
-
-    study: Study
-    tolerance: float
-    ladders: tuple[LadderResult, ...]
-    seconds: float
-
-    def quantity(self, name: str, ladder: int = 0) -> QuantityResult:
-        """Return the result of a quantity on a ladder (by number from 0); raises KeyError."""
-        return self.ladders[ladder].quantity(name)
-
-    def __repr__(self) -> str:
-        """Return a line for each quantity: for a prompt or a notebook."""
-        lines = [f"<StudyResult: {', '.join(found.ladder.name for found in self.ladders)}; {self.seconds:.1f} s>"]
-        for found in self.ladders:
-            lines += [f"  {item.quantity.name}: {item.analysis.words}" for item in found.results]
-        return "\n".join(lines)
 
 
 def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:

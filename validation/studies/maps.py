@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -65,7 +66,7 @@ class _Axis:
     def label(self, axes: Axes, which: str) -> None:
         """Label one axis ("x" or "y"), spread as the sweep is; words get a tick each."""
         axis, unit = getattr(axes, f"{which}axis"), "" if self.words else self.direction.unit
-        axis.set_label_text(with_unit(self.direction.label, unit))
+        axis.set_label_text(_wrapped(with_unit(self.direction.words, unit)))
         if self.words:
             words = [word if len(word) <= 22 else f"{word[:21]}…" for word in self.words]
             turned = 25.0 if which == "x" and sum(map(len, words)) > 36 else 0.0
@@ -108,7 +109,7 @@ def _curves(plan: Plan, frame: pd.DataFrame, along: _Axis, series: _Axis | None)
     """Draw every quantity over one direction, a curve for each value of the other."""
     stopped = frame["outcome"].to_numpy() != Outcome.COMPLETED.label
     groups = series.places if series else np.zeros(len(frame))
-    with _panels(plan, along.direction.label) as (drawn, panels):
+    with _panels(plan, along.direction.words) as (drawn, panels):
         for axes, q in panels:
             for index, group in enumerate(np.unique(groups)):
                 curve = pd.DataFrame({"x": along.places, "y": frame[q.name]})[groups == group].sort_values("x")
@@ -116,25 +117,25 @@ def _curves(plan: Plan, frame: pd.DataFrame, along: _Axis, series: _Axis | None)
                 style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "lw": 1.2 if plan.grid else 0.0}
                 if len(curve) <= _MARKED_POINTS or not plan.grid:
                     style |= {"marker": _MARKERS[index % len(_MARKERS)], "ms": 6.0 - 0.9 * index}
-                label = f"{series.direction.label} = {series.name(group)}" if series else None
+                label = f"{series.direction.words} = {series.name(group)}" if series else None
                 axes.plot(curve["x"], curve["y"], label=label, **style)
             if stopped.any():
                 foot: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "color": GREY}
                 label = "run stopped before its end"
                 axes.plot(along.places[stopped], np.full(stopped.sum(), 0.02), "x", label=label, **foot)
-            axes.set(title=_plain(q), ylabel=with_unit(_plain(q), q.unit))
+            axes.set_ylabel(_wrapped(with_unit(q.meaning, q.unit)))
             axes.ticklabel_format(axis="y", useOffset=False, scilimits=(-3, 5))
             along.label(axes, "x")
         handles, labels = panels[0][0].get_legend_handles_labels()
         if handles:
-            drawn.figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 3))
+            drawn.figure.legend(handles, labels, loc="outside lower center", ncols=1 if series else 3)
     return drawn
 
 
 def _maps(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Picture:
     """Draw every quantity in colour over two directions."""
     missing = Patch(facecolor="white", edgecolor=GREY, hatch="////", label="no such value")
-    with _panels(plan, f"{first.direction.label} and {second.direction.label}") as (drawn, panels):
+    with _panels(plan, f"{first.direction.words} and {second.direction.words}") as (drawn, panels):
         for axes, q in panels:
             values = frame[q.name].to_numpy(float)
             known = values[np.isfinite(values)]
@@ -144,8 +145,7 @@ def _maps(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Pictu
             if plan.grid:
                 axes.patch.set(hatch="////", edgecolor=GREY)
             if known.size:
-                drawn.figure.colorbar(mesh, ax=axes, label=with_unit(_plain(q), q.unit), pad=0.02)
-            axes.set_title(_plain(q))
+                drawn.figure.colorbar(mesh, ax=axes, label=_wrapped(with_unit(q.meaning, q.unit)), pad=0.02)
         if frame[[q.name for q in plan.quantities]].isna().any(axis=None):
             drawn.figure.legend(handles=[missing], loc="outside lower center")
     return drawn
@@ -157,7 +157,7 @@ def _regimes(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Pi
     present = {name: colour for name, colour in _COLOURS.items() if name in regimes}
     index = np.array([list(present).index(regime) for regime in regimes], dtype=float)
     counts = ", ".join(f"{regimes.count(name)} {name}" for name in present)
-    over = f"{first.direction.label} and {second.direction.label}"
+    over = f"{first.direction.words} and {second.direction.words}"
     with picture(f"What the first macro-collision is over {over}. Runs: {counts}.", 7.1, 4.0) as drawn:
         axes = drawn.figure.add_subplot()
         palette, norm = ListedColormap(list(present.values())), Normalize(-0.5, len(present) - 0.5)
@@ -192,5 +192,6 @@ def _cells(
     return axes.pcolormesh(first.edges, second.edges, cells, rasterized=len(values) > _MARKED_CELLS, **colours)
 
 
-def _plain(q: Quantity) -> str:
-    return q.name.replace("_", " ")
+def _wrapped(label: str) -> str:
+    """Break the label of an axis, which is about two inches long."""
+    return textwrap.fill(label, 30, break_on_hyphens=False)

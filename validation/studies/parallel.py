@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import signal
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError
 from typing import Any, NamedTuple, TypeVar
@@ -102,11 +103,14 @@ def map_parallel(
     """
     names, results = names or [str(item) for item in items], dict[int, Result]()
     on_progress(Progress(0, len(items)))
-    for index, result in compute_each(function, items, workers):
-        if isinstance(result, Crash):
-            raise InputError(f"{names[index]}: {result.reason}")
-        results[index] = result
-        on_progress(Progress(len(results), len(items), names[index]))
+    with warnings.catch_warnings():
+        # workers that hold much memory after a long run are replaced by joblib, which says so
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
+        for index, result in compute_each(function, items, workers):
+            if isinstance(result, Crash):
+                raise InputError(f"{names[index]}: {result.reason}")
+            results[index] = result
+            on_progress(Progress(len(results), len(items), names[index]))
     return [results[index] for index in range(len(items))]
 
 

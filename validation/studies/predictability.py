@@ -36,8 +36,11 @@ from oblique_impact.validation.report import (
     Text,
     cell,
     number,
+    number_within,
     picture,
+    readable,
 )
+from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.study import FAILURES, Run, run_study
 
 Array = NDArray[np.float64]
@@ -75,7 +78,7 @@ class Case:
     scenario: Scenario
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CaseResult:
     """Perturbed runs of one case."""
 
@@ -94,6 +97,10 @@ class CaseResult:
     #: rows of the perturbed runs that failed and are left out
     failed: pd.DataFrame
 
+    def __repr__(self) -> str:
+        """Return a line for each macro-collision."""
+        return "\n".join(_lines(self))
+
     @property
     def remarks(self) -> list[str]:
         """Sentences: why there are no collisions, which perturbed runs are left out, warnings of the run."""
@@ -110,13 +117,25 @@ class CaseResult:
         return remarks + [f"warning: {warning}" for warning in run["warnings"].splitlines()]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Predictability:
     """A predictability study, and the wall time (s) that it took."""
 
     name: str
     cases: tuple[CaseResult, ...]
     seconds: float
+
+    def __repr__(self) -> str:
+        """Return a line for each macro-collision."""
+        return "\n".join(["<Predictability>", *map(repr, self.cases)])
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report(self)._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each macro-collision of each case, as in results.csv."""
+        return pd.concat([found.collisions.assign(case=found.case.name) for found in self.cases])
 
 
 def predictability(
@@ -182,8 +201,7 @@ def predictability(
     found = tuple(judge(case, tuple(perturbations), frame[frame["case"] == case.name]) for case in cases)
     result = Predictability(name, found, time.perf_counter() - started)
     if out is not None:
-        table = pd.concat([part.collisions.assign(case=part.case.name) for part in found])
-        report(result).write(Path(out), _data(result), table)
+        report(result).write(Path(out), _data(result), result.to_dataframe())
     return result
 
 
@@ -249,12 +267,19 @@ def verdict_of(growth: float, lower_bound: bool = False) -> str:
 
 def lines(result: Predictability) -> list[str]:
     """Return what a study found in lines, for a terminal."""
-    found = []
-    for case in result.cases:
-        found += [f"{case.case.name}:", *(f"  {remark}" for remark in case.remarks)]
-        for c in case.collisions.itertuples():
-            growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
-            found.append(f"  collision {c.collision}: starts at {c.start:.9g} s{growth}: {c.verdict}")
+    return [
+        line
+        for case in result.cases
+        for line in (f"{case.case.name}:", *(f"  {remark}" for remark in case.remarks), *_lines(case)[1:])
+    ]
+
+
+def _lines(case: CaseResult) -> list[str]:
+    """Return the name of a case, and a line for each macro-collision."""
+    found = [f"{case.case.name}:"]
+    for c in case.collisions.itertuples():
+        growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
+        found.append(f"  collision {c.collision}: starts at {c.start:.9g} s{growth}: {c.verdict}")
     return found
 
 
@@ -298,14 +323,20 @@ def _data(result: Predictability) -> dict[str, Any]:
 
 def report(result: Predictability) -> Report:
     """Return the report."""
+    scenarios = {found.case.name: found.case.scenario for found in result.cases}
     return Report(
         "Predictability: runs with perturbed initial angles",
-        "Do the times and impulses of an impact mean anything? Perturbed runs start at initial angles that differ "
-        "by less than anyone can measure; where they part, nothing that follows is a number of the beam.",
+        "Sensitivity of times and impulses of the impacts to the initial angle. Perturbed runs start at angles "
+        "that differ by less than can be measured; where they part, the scenario does not determine what follows.",
         result.seconds,
         facts=[("runs", str(sum(len(found.frame) + len(found.failed) for found in result.cases)))],
         overview=[_growth_picture(result)] if any(len(found.events) for found in result.cases) else [],
-        sections=[*map(_section, result.cases), Section("How a verdict is found", [*map(Text, RULE)])],
+        sections=[
+            *map(_section, result.cases),
+            *([Section("Cases", [differing(scenarios)])] if len(scenarios) > 1 else []),
+            *parameters(scenarios),
+            Section("How a verdict is found", [*map(Text, RULE)]),
+        ],
     )
 
 
@@ -322,26 +353,29 @@ def _growth_picture(result: Predictability) -> Picture:
             axes.axhline(level, color=GREY, linewidth=0.9, linestyle="--")
             place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
             axes.annotate(words, (0.0, level), xytext=(4, 3), fontsize=8.5, color=GREY, **place)
-        axes.set(xlabel="time of the event (s)", ylabel="largest growth so far", yscale="log")
+        axes.set(xlabel="time of the event (s)", ylabel="largest growth until then", yscale="log")
         drawn.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return drawn
 
 
 def _section(found: CaseResult) -> Section:
-    remarks = [Text(f"{remark[0].upper()}{remark[1:]}.") for remark in found.remarks]
-    table = found.collisions.copy()
-    table["growth"] = [
-        Cell(("≥ " if c.lower_bound else "") + number(c.growth, 3), "number") for c in table.itertuples()
-    ]
-    table["verdict"] = [Cell(verdict, _KINDS[verdict]) for verdict in table["verdict"]]
-    shifts = [name for name in table if "_by_" in str(name)]
-    table[shifts] = table[shifts].map(lambda value: cell(value, 2))
-    columns = {"collision": "collision", "start": "start (s)", "impulse": "impulse (N s)"}
-    columns |= {name: f"{name.replace('_', ' ')} rad ({'s' if 'start' in name else 'N s'})" for name in shifts}
-    columns |= {"fewest_contacts": "fewest contacts", "most_contacts": "most", "growth": "growth"}
+    """Return the collisions of a case, in the digits that the smallest perturbation leaves."""
+    shifts = [str(name) for name in found.collisions if "_by_" in str(name)]
+    rows = []
+    for c in found.collisions.to_dict("records"):
+        own = [Cell(number_within(c[name], c[shifts[k]]), "number") for k, name in enumerate(("start", "impulse"))]
+        growth = Cell(("≥ " if c["lower_bound"] else "") + number(c["growth"], 3), "number")
+        contacts = [c["fewest_contacts"], c["most_contacts"]]
+        moved = [cell(c[name], 2) for name in shifts]
+        rows.append([c["collision"], *own, *moved, *contacts, growth, Cell(c["verdict"], _KINDS[c["verdict"]])])
+    columns = ["macro-collision", "start (s)", "normal impulse (N s)"]
+    for name in shifts:
+        what, _, perturbation = name.partition("_by_")
+        columns.append(f"shift of {what} by {readable(perturbation)} rad ({'s' if what == 'start' else 'N s'})")
+    columns += ["fewest contacts", "most contacts", "growth", "verdict"]
     caption = (
         "Macro-collisions, and how far the perturbed runs move them; where one ends before a start, the rest of "
-        "its time is a lower bound"
+        "its time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves."
     )
-    tables = [Table.of_frame(table, caption, 9, columns=columns | {"verdict": "verdict"})] if len(table) else []
-    return Section(found.case.name, [*remarks, *tables])
+    remarks = [Text(f"{remark[0].upper()}{remark[1:]}.", note=True) for remark in found.remarks]
+    return Section(found.case.name, [*remarks, *([Table(columns, rows, caption)] if rows else [])])

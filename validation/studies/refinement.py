@@ -6,6 +6,7 @@ import math
 import os
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,7 @@ from oblique_impact.files import plain
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
-from oblique_impact.scenario.scenario import Scenario, builtin_names, require_scenario
-from oblique_impact.scenario.toml import flat_keys
+from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.validation.report import (
     Cell,
     Picture,
@@ -33,14 +33,14 @@ from oblique_impact.validation.report import (
     picture,
     with_unit,
 )
-from oblique_impact.validation.studies.convergence import CONVERGED, CONVERGING, RULE, VERDICTS
+from oblique_impact.validation.report.parameters import differing, parameters
+from oblique_impact.validation.studies.convergence import CONVERGED, RULE, VERDICTS
 from oblique_impact.validation.studies.ladders import (
     AXES,
     Ladder,
     LadderResult,
     QuantityResult,
     Study,
-    StudyResult,
     judge,
 )
 from oblique_impact.validation.studies.quantities import default_quantities
@@ -54,6 +54,47 @@ FEWEST, MOST = 3, 16
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 #: quantities that converge at no order of a method: counts, and largest values among samples
 _ROUGH = ("contacts", "events", "peak_force", "unaccounted")
+
+
+@dataclass(frozen=True, repr=False)
+class StudyResult:
+    """A study with everything it found.
+
+    Attributes
+    ----------
+    study : Study
+        What was refined.
+    tolerance : float
+        Relative uncertainty at which a quantity counts as converged.
+    ladders : tuple of LadderResult
+        With runs and verdicts.
+    seconds : float
+        Wall time (s): with those of the runs, the only numbers that change from time to time.
+    """
+
+    study: Study
+    tolerance: float
+    ladders: tuple[LadderResult, ...]
+    seconds: float
+
+    def quantity(self, name: str, ladder: int = 0) -> QuantityResult:
+        """Return the result of a quantity on a ladder (by number from 0); raises KeyError."""
+        return self.ladders[ladder].quantity(name)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each ladder, quantity and level, as in results.csv; NaN where there is nothing."""
+        return level_frame(self)
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report(self)._repr_html_()
+
+    def __repr__(self) -> str:
+        """Return a line for each quantity."""
+        shown = [f"<StudyResult: {', '.join(found.ladder.name for found in self.ladders)}; {self.seconds:.1f} s>"]
+        for found in self.ladders:
+            shown += [f"  {item!r}" for item in found.results]
+        return "\n".join(shown)
 
 
 def refine(
@@ -183,13 +224,8 @@ def lines(result: StudyResult) -> list[str]:
                 words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
                 found.append(f"  {part.axis.label} {run['level']:g}: {words}")
         for item in part.results:
-            a, unit = item.analysis, item.quantity.unit.removeprefix("1")
-            value, digits = a.rounded(item.values[-1])
-            shown = f"{value:.{digits}g}"
-            if a.verdict in (CONVERGED, CONVERGING):
-                shown += f" +- {a.uncertainty:.2g}"
-            shown = item.gaps[-1] or f"{shown} {unit}"
-            found.append(f"  {item.quantity.name:24} {shown:32} {a.words} ({a.reason})")
+            a = item.analysis
+            found.append(f"  {item.quantity.name:24} {item.finest:32} {a.words} ({a.reason})")
         found += [f"  {remark}" for remark in part.remarks]
     return found
 
@@ -271,64 +307,70 @@ def report(result: StudyResult) -> Report:
             finest, limit = (Cell(a.shown(value), "number") for value in (item.values[-1], a.limit))
             # what has no limit over modes has converged at one number of them only
             kind = "partly" if a.verdict == CONVERGED and item.without_limit else VERDICTS[a.verdict]
-            found = [part.ladder.name, q.name, finest, q.unit, limit, cell(a.uncertainty, 2), Cell(a.words, kind)]
-            rows.append([*found, a.reason])
-    columns = ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"]
+            unit, uncertainty = q.unit.removeprefix("1"), cell(a.uncertainty, 2)
+            row = [part.ladder.name, q.meaning, finest, limit, uncertainty, unit, Cell(a.words, kind), a.reason]
+            rows.append(row)
+    columns = ["refined", "quantity", "finest value", "limit", "uncertainty", "unit", "verdict", "because"]
     caption = "Verdicts; limits are given where the order is confirmed"
+    bases = {part.ladder.name: part.ladder.base for part in result.ladders}
+    refined = "What is refined changes from level to level."
     return Report(
         f"Refinement study: {result.study.title}",
         result.study.text,
         result.seconds,
         facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
-        overview=[Table(columns, rows, caption, wide=[0, 7])],
-        sections=[*map(_section, result.ladders), Section("How a verdict is found", [*map(Text, RULE)])],
+        overview=[
+            Table(columns, rows, caption, wide=[0, 1, 7]),
+            *([differing(bases)] if len(bases) > 1 else map(_picture, result.ladders)),
+        ],
+        sections=[
+            *(_section(part, len(bases) > 1) for part in result.ladders),
+            *parameters(bases, refined),
+            Section("How a verdict is found", [*map(Text, RULE)]),
+        ],
     )
 
 
-def _section(result: LadderResult) -> Section:
+def _section(result: LadderResult, pictured: bool) -> Section:
     ladder, axis = result.ladder, result.axis
     levels = ", ".join(number(level) for level in ladder.levels)
-    note = f"Scenario {Path(ladder.scenario).name}; {_changes(result)}. "
-    note += f"Refined: {ladder.axis} {levels}; h is {axis.size}. {result.remark}"
+    note = f"Scenario {Path(ladder.scenario).name}; {ladder.axis} {levels}; h is {axis.size}. {result.remark}"
     columns = {"level": with_unit(axis.label, axis.unit), "h": "h", "outcome": "outcome", "stopped_at": "ended at"}
-    columns |= {"steps": "steps", "events": "events", "message": ""}
+    columns |= {"steps": "steps", "events": "events"} | ({"message": ""} if result.runs["message"].any() else {})
     return Section(
         ladder.name,
         [
             Text(note, note=True),
             *(Text(f"{remark[:1].upper()}{remark[1:]}.", note=True) for remark in result.remarks),
-            _picture(result),
+            *([_picture(result)] if pictured else []),
             Table.of_frame(result.runs.assign(h=result.sizes), "Runs", wide=[6], columns=columns),
             *(_level_table(result, item) for item in result.results),
         ],
     )
 
 
-def _changes(result: LadderResult) -> str:
-    """Return what is changed against the scenario of that name, or against the defaults."""
-    name, known = result.ladder.scenario, result.ladder.scenario in builtin_names()
-    original = Scenario.builtin(name) if known else Scenario()
-    given, plain = (flat_keys(s.model_dump(mode="json")) for s in (result.ladder.base, original))
-    changed = [f"{key} = {value}" for key, value in given.items() if repr(value) != repr(plain.get(key))]
-    return ", ".join(changed) + ("" if known else " (against the defaults)") if changed else "no changes"
-
-
 def _level_table(result: LadderResult, item: QuantityResult) -> Table:
     a, unit, axis = item.analysis, item.quantity.unit, result.axis
     rows = []
     for level, gap, row in zip(result.ladder.levels, item.gaps, a.levels.itertuples(), strict=True):
-        kind = "number" if row.above_noise else "dim"
+        kind = "number" if row.above_noise else "number dim"
         order, index = number(row.observed_order, 3), number(row.grid_convergence_index, 2)
         found = [Cell(text, kind) for text in (order, a.shown(row.richardson_limit), index)]
         value = Cell(gap, "dim") if gap else Cell(a.shown(row.value), "number")
         rows.append([level, value, cell(row.difference, 3), *found])
     declared = f", declared order {item.declared:g}" if item.declared else ""
+    shown_unit = unit.removeprefix("1")
     caption = (
-        f"{item.quantity.name}: {item.quantity.meaning}{declared}. Verdict: {a.words} ({a.reason}); "
-        f"uncertainty {number(a.uncertainty, 2)} {unit}, noise {number(a.noise, 2)} {unit}"
+        f"{_label(item)}{declared}. Verdict: {a.words} ({a.reason}); uncertainty {number(a.uncertainty, 2)} "
+        f"{shown_unit}, noise {number(a.noise, 2)} {shown_unit}"
     )
     units = {"value": unit, "difference": unit, "observed order": "1", "Richardson limit": unit, "GCI": unit}
     return Table([with_unit(*pair) for pair in ({axis.label: axis.unit} | units).items()], rows, caption)
+
+
+def _label(item: QuantityResult) -> str:
+    """Return the meaning of a quantity as a sentence begins."""
+    return item.quantity.meaning[:1].upper() + item.quantity.meaning[1:]
 
 
 def _picture(result: LadderResult) -> Picture:
@@ -336,9 +378,10 @@ def _picture(result: LadderResult) -> Picture:
     axis, ladder = result.axis, result.ladder
     places, largest = np.array(ladder.levels if axis.rising else result.sizes), 0.0
     caption = (
-        f"{ladder.name}. Left: differences between successive levels. Right: values. Both relative to the finest."
+        f"Refinement of {ladder.name}. Left: differences between successive levels. Right: values. Both relative "
+        "to the finest."
     )
-    words = "; ".join(f"{item.quantity.name}: {item.analysis.words}" for item in result.results)
+    words = "; ".join(f"{item.quantity.meaning}: {item.analysis.words}" for item in result.results)
     with picture(caption, 7.1, 3.4, f"Refinement of {ladder.name}: {words}.") as drawn:
         left, right = drawn.figure.subplots(1, 2)
         for index, item in enumerate(result.results):
@@ -346,7 +389,7 @@ def _picture(result: LadderResult) -> Picture:
             style["marker"] = _MARKERS[index % len(_MARKERS)]
             known = [value for value in item.values if math.isfinite(value)]
             finest = known[-1] if known and known[-1] else math.nan
-            right.plot(places, np.array(item.values) / finest, label=item.quantity.name, **style)
+            right.plot(places, np.array(item.values) / finest, label=item.quantity.meaning, **style)
             errors = item.analysis.levels["difference"].abs() / np.fmax(abs(finest), item.scale)
             left.plot(places, errors.where(errors > 0.0), **style)
             largest = max(largest, np.nan_to_num(errors.max()))
@@ -371,5 +414,5 @@ def _picture(result: LadderResult) -> Picture:
                 axes.invert_xaxis()
                 axes.tick_params(axis="x", labelrotation=30)
         right.ticklabel_format(axis="y", useOffset=False)
-        drawn.figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        drawn.figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return drawn

@@ -1,4 +1,4 @@
-"""Where the small-deflection model ends: the floating frame against the exact beam, over flexibility and spin.
+"""Range of validity of small deflections: the floating frame against the exact beam, over flexibility and spin.
 
 Beams in units of L = rho A = E I = 1 (unit of time T = sqrt(rho A L^4/E I)), loaded more and more, so that the
 largest deflection goes from some thousandths of the length to about a half of it:
@@ -37,6 +37,7 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import Report, Section, Table, Text, picture
+from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.study import Run, run_study
 
 #: nominal deflections over the length, and spin rates in units of 1/T
@@ -171,7 +172,7 @@ def case_of(problem: str, nominal: float, spin: float) -> Case:
     return Case(nominal=nominal, spin=spin, **fixed[problem])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SmallDeflection:
     """The map.
 
@@ -187,6 +188,18 @@ class SmallDeflection:
 
     points: pd.DataFrame
     seconds: float
+
+    def __repr__(self) -> str:
+        """Return a line for each model of each problem."""
+        return "\n".join(["<SmallDeflection>", *lines(self)])
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report(self)._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each model of each case: `points`."""
+        return self.points
 
     def of(self, problem: str, model: str) -> pd.DataFrame:
         """Return the points of one model."""
@@ -319,6 +332,15 @@ _NOTE = (
     "A curve that ends early has runs that physics stopped: first-order kinetics in the tangent frame lose their "
     "mass. What rises to the left, up to 2 %, is the step of the exact beam at a fast spin."
 )
+_COLUMNS = {
+    "model": "model",
+    "nominal": "nominal deflection / length",
+    "spin": "spin rate",
+    "deflection": "largest deflection / length",
+    "error": "relative error",
+    "estimate": "estimate of the run",
+    "outcome": "outcome",
+}
 #: inches, of the map
 SIZE = (12.5, 9.5)
 #: a colour for each model, and a line for each spin rate in ascending order
@@ -338,6 +360,8 @@ _MORE = 1.2
 
 def report(result: SmallDeflection) -> Report:
     """Return the report."""
+    least = result.points.groupby("problem", sort=False)[["nominal", "spin"]].min()
+    cases = {TITLES[row.Index]: case_of(*row).scenario for row in least.itertuples()}
     with picture("Relative error over the largest deflection", 9.2, 9.2 * SIZE[1] / SIZE[0]) as drawn:
         draw_map(drawn.figure, result.points)
     return Report(
@@ -351,8 +375,12 @@ def report(result: SmallDeflection) -> Report:
         result.seconds,
         overview=[drawn, Text(_NOTE, note=True)],
         sections=[
-            Section(TITLES[problem], [Table.of_frame(frame.drop(columns="problem"), digits=3)])
-            for problem, frame in result.points.groupby("problem", sort=False)
+            *(
+                Section(TITLES[problem], [Table.of_frame(frame, digits=3, columns=_COLUMNS)])
+                for problem, frame in result.points.groupby("problem", sort=False)
+            ),
+            Section("Cases", [differing(cases)]),
+            *parameters(cases, "Of the smallest load without spin."),
         ],
     )
 

@@ -199,7 +199,7 @@ def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[
 
 
 def failed(outcome: str, message: str) -> dict[str, Any]:
-    """Return the row of a run that has nothing to tell but why it failed."""
+    """Return the row of a failed run: the reason, and no quantities."""
     row = {name: empty for name, (empty, *_) in COLUMNS.items()}
     return row | {"outcome": outcome, "message": " ".join(message.split())[:500]}
 

@@ -15,16 +15,17 @@ from oblique_impact.files import write_text
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text
+from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell
+from oblique_impact.validation.report.parameters import parameters
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
-from oblique_impact.validation.studies.study import run_study, same_warnings
+from oblique_impact.validation.studies.study import reasons, run_study, same_warnings
 
 #: distinct warnings that a terminal shows at most; runs and warnings that the report lists at most
 _SHOWN, _LISTED = 5, 20
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SweepResult:
     """A finished sweep.
 
@@ -57,6 +58,18 @@ class SweepResult:
     def outcomes(self) -> dict[str, int]:
         """How many runs ended how, the most frequent first."""
         return {str(name): int(count) for name, count in self.frame["outcome"].value_counts().items()}
+
+    def __repr__(self) -> str:
+        """Return how the runs ended."""
+        return f"<SweepResult: {lines(self)[0]}; {self.folder}>"
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report(self)._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each run: `frame`."""
+        return self.frame
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the rows of the table, the counts of outcomes, the place of the files."""
@@ -167,31 +180,35 @@ def report(result: SweepResult) -> Report:
     """Return the report of a finished sweep.  The numbers are in the table."""
     plan, frame, unfinished = result.plan, result.frame, result.unfinished
     outcomes = frame[["outcome", "regime"]].value_counts().rename("runs").reset_index()
-    warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "the first", "warning"])
+    outcomes = outcomes.rename(columns={"regime": "first macro-collision"})
+    warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "first run", "warning"])
     stopped = unfinished.head(_LISTED)[["run", "outcome", "stopped_at", "message"]]
     more = f"The first {_LISTED} of {len(unfinished)}." if len(unfinished) > _LISTED else ""
+    headings = {"run": "run", "outcome": "outcome", "stopped_at": "stopped at (s)", "message": "reason"}
     none = [Text("Pictures are drawn for sweeps with one or two directions.", note=True)]
+    name = Path(plan.file.scenario).name
     return Report(
-        plan.file.title or "Sweep",
-        plan.file.description or "A scenario over axes of its keys; every run is a row of results.parquet.",
+        plan.file.title or f"Parameter study of {name}",
+        plan.file.description or f"The scenario {name} with other values of some parameters.",
         result.seconds,
-        facts=[
-            ("runs", str(len(frame))),
-            ("scenario", Path(plan.file.scenario).name),
-            ("changes", ", ".join(f"{key} = {value}" for key, value in plan.changes.items()) or "none"),
-        ],
+        facts=[("runs", str(len(frame))), ("scenario", name)],
         overview=[
-            Table.of_frame(outcomes, "How the runs ended; regime is the first macro-collision."),
+            *_descriptions(plan, frame),
+            Table.of_frame(outcomes, "How the runs ended."),
             *([Table.of_frame(warnings, "Warnings of the runs.", wide=(2,))] if len(warnings) else []),
+            *(sweep_pictures(plan, frame) or none),
         ],
         sections=[
-            Section("Pictures", sweep_pictures(plan, frame) or none),
-            Section("Directions and quantities", _descriptions(plan, frame)),
             *(
-                [Section("Runs that did not complete", [Table.of_frame(stopped, more, wide=(3,))])]
+                [
+                    Section(
+                        "Runs that did not complete", [Table.of_frame(stopped, more, wide=(3,), columns=headings)]
+                    )
+                ]
                 if len(stopped)
                 else []
             ),
+            *parameters({name: plan.base}, "Those that change from run to run have other values there."),
         ],
     )
 
@@ -203,14 +220,27 @@ def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
         values = frame[direction.names[0]]
         numeric = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
         ends = (values.min(), values.max()) if numeric else (str(values.iloc[0]), str(values.iloc[-1]))
-        directions.append([Cell(direction.label, "code"), direction.unit, int(values.nunique()), *ends])
+        unit = direction.unit.removeprefix("1")
+        directions.append([direction.words, Cell(direction.label, "code"), unit, int(values.nunique()), *ends])
+    undetermined = pd.Series([name for lines in frame["undetermined"] for name in reasons(lines)]).value_counts()
     quantities = [
-        [Cell(q.name, "code"), q.meaning, q.unit, values.min(), values.max(), int(values.isna().sum())]
+        [
+            q.meaning,
+            Cell(q.name, "code"),
+            q.unit.removeprefix("1"),
+            *(cell(value, 4) for value in (values.min(), values.max())),
+            int(values.isna().sum()),
+            int(undetermined.get(q.name, 0)),
+        ]
         for q, values in ((q, frame[q.name]) for q in plan.quantities)
     ]
-    caption = "What each run is asked for; the column gaps of the table says why a value is missing."
-    columns = ["quantity", "meaning", "unit", "least", "largest", "missing"]
+    columns = ["quantity", "symbol", "unit", "least", "largest", "missing in runs", "not determined in runs"]
+    caption = (
+        "What each run is asked for. Why a value is missing is in the column gaps of results.parquet; one that is "
+        "not determined has no limit as modes or elements are added."
+    )
+    changes = ["parameter", "key", "unit", "values", "from", "to"]
     return [
-        Table(["key", "unit", "values", "from", "to"], directions, "What changes from run to run."),
-        Table(columns, quantities, caption, wide=(1,)),
+        Table(changes, directions, "What changes from run to run.", wide=(0, 1)),
+        Table(columns, quantities, caption, wide=(0,)),
     ]
