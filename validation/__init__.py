@@ -5,6 +5,7 @@
 `refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
+`fit`        keys of a scenario from measured data: a `FitResult`
 `reproduce`  the paper's figures and claims: a `Reproduction`
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 """
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
     from oblique_impact.validation.studies.design import SweepFile as SweepFile
     from oblique_impact.validation.studies.design import TableSection as TableSection
+    from oblique_impact.validation.studies.fitting import FitResult as FitResult
+    from oblique_impact.validation.studies.fitting import fit as fit
     from oblique_impact.validation.studies.ladders import StudyResult as StudyResult
     from oblique_impact.validation.studies.predictability import Predictability as Predictability
     from oblique_impact.validation.studies.predictability import predictability as predictability
@@ -39,6 +42,7 @@ _MODULES = {
     "comparison": ("Comparison", "compare"),
     "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
+    "studies.fitting": ("FitResult", "fit"),
     "studies.ladders": ("StudyResult",),
     "studies.predictability": ("Predictability", "predictability"),
     "studies.refinement": ("refine",),
