@@ -151,7 +151,7 @@ class Style:
     size : tuple of int
         Width and height (pixels), even.
     theme : {"light", "dark", "print", "auto"}
-        Colours of paper and ink; "print" has greys alone; "auto", as the reader's system is set, is for pages.
+        Colours of paper and ink; "print" has few greys; "auto" is the reader's system's on pages, else light.
     camera : {"oblique", "front", "above"}
         Where the eye is.
     quantity : str
@@ -179,7 +179,7 @@ class Style:
     """
 
     size: tuple[int, int] = (1280, 720)
-    theme: ThemeName = "light"
+    theme: ThemeName = "auto"
     camera: CameraName = "oblique"
     quantity: Colour = "bending_stress"
     deformation: float | None = None
@@ -226,7 +226,5 @@ class Style:
 
     @property
     def colours(self) -> Theme:
-        """Colours of a picture; raises InputError for a theme that only pages have."""
-        if self.theme not in THEMES:
-            raise InputError(f"--theme {self.theme}: {one_of(self.theme, THEMES)}")
-        return THEMES[self.theme]
+        """Colours of a picture."""
+        return THEMES.get(self.theme, LIGHT)

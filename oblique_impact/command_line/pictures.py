@@ -28,7 +28,9 @@ Seconds = Annotated[float | None, Option(help="Films: so long (s), if no speed i
 Frames = Annotated[int | None, Option(help="Films: exactly so many frames.")]
 Deformation = Annotated[float | None, Option(help="Deformation factor; default: chosen.")]
 Camera = Annotated[str, Option(help="oblique, front or above.")]
-ThemeOption = Annotated[str | None, Option("--theme", help="light, dark or print; of a page light, dark or auto.")]
+ThemeOption = Annotated[
+    str | None, Option("--theme", help="light, dark or print; of a page light, dark or auto (default).")
+]
 Letters = Annotated[float | None, Option(help="Size of text (points); default 10.")]
 Dpi = Annotated[float | None, Option(help="Pixels per inch; default: the picture fills a slide.")]
 LayoutName = Annotated[str, Option(help="Of several histories: side-by-side or overlay.")]

@@ -211,6 +211,7 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
     if geometry.anywhere:
         largest_push = np.hypot(geometry.values("contact_fx"), geometry.values("contact_fy")).max(axis=1)
     found = {
+        "side_text": [geometry.beside(k) for k in samples],
         "time_text": each(times, lambda v: f"{fixed(v, decimals)} s"),
         "force_text": each(largest_push, lambda v: f"{significant(v, 3)} N"),
     }

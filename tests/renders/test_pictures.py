@@ -168,7 +168,8 @@ def test_the_close_view_stays_with_a_contact_until_it_opens_and_shows_its_force(
     k = int(np.argmax(geometry.values("contact_lambda_n").max(axis=1)))
     with Composer(story) as composer:
         composer.draw(geometry.times[k])
-        assert f"{np.linalg.norm(geometry.pushes(k)[shown[k]]):.0f} N" in words(composer)
+        force = np.linalg.norm(geometry.pushes(k)[shown[k]])
+        assert f"contact force {force:.0f} N" in words(composer)
 
 
 def test_a_scale_bar_is_as_long_as_what_it_names(story):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from base64 import b64decode
 from io import BytesIO
 from typing import get_args
 
@@ -282,6 +283,38 @@ def test_links_open_it_at_a_time_after_an_event_and_in_a_theme(page, files, run)
     assert page.locator("#colour").input_value() == "axial_force"
     show(page, files(), "#event=3")
     assert now(page) == np.nextafter(run("paper").events[2].time, np.inf)
+
+
+def test_what_is_seen_can_be_kept_and_linked(page, files, run):
+    show(page, files("paper", "auto"), "#event=3")
+    event = run("paper").events[2]
+    assert "just after the impact" in text(page, "rate")
+    page.keyboard.press("ArrowLeft")
+    settle(page)
+    assert (now(page), "just before the impact" in text(page, "rate")) == (event.time, True)
+    page.locator("#colour").select_option("shear_force")
+    page.locator("#link").click()
+    link = page.url
+    page.goto("about:blank")
+    page.goto(link)
+    page.wait_for_function("() => window.player")
+    settle(page)
+    assert (now(page), page.locator("#colour").input_value()) == (event.time, "shear_force")
+    for scheme in ("dark", "light"):  # as the reader's system changes
+        page.emulate_media(color_scheme=scheme)
+        settle(page)
+        assert page.evaluate("document.documentElement.dataset.theme") == scheme
+    with page.expect_download() as kept:
+        page.locator("#picture").click()
+    scene = b64decode(page.locator("#scene").evaluate("c => c.toDataURL()").split(",")[1])
+    with Image.open(kept.value.path()) as picture, Image.open(BytesIO(scene)) as seen:
+        paper = Image.new("RGBA", seen.size, picture.getpixel((0, 0)))
+        shown = np.asarray(Image.alpha_composite(paper, seen.convert("RGBA"))).astype(int)
+        whole = np.asarray(picture.convert("RGBA")).astype(int)
+    above = 58
+    assert np.abs(whole[above : above + len(shown)] - shown).max() <= 2
+    for words in (whole[:above], whole[above + len(shown) :]):
+        assert words[..., :3].min() < 100
 
 
 def test_embedded_it_plays_while_it_is_seen_and_says_what_it_magnifies(page, files, tmp_path):

@@ -98,7 +98,8 @@ function write() {
   for (const element of written) element.textContent = run[element.dataset.text][k];
   $("charts").style.setProperty("--now", film / (FILM || 1));
   $("state").textContent = $("state").className = name;
-  $("rate").textContent = `shown at ${facts.rates[show.speed][run.rate[k]]}`;
+  const side = !show.playing && k === show.place && run.side_text[k];
+  $("rate").textContent = [side, `shown at ${facts.rates[show.speed][run.rate[k]]}`].filter(Boolean).join(", ");
   const { thick } = sceneView();
   const notes = [factor.note, thick > 1 && `thickness ×${thick}`, zoom.by > 1 && `zoom ×${Number(zoom.by.toPrecision(3))}`];
   $("deformation").textContent = [...notes, root.classList.contains("embed") && $("deformation").dataset.warnings].filter(Boolean).join(", ");
@@ -125,7 +126,7 @@ function markCurrent(list) {
 
 /** Zoom the scene about a place; without one about the contact point where it is seen, or the middle. */
 function zoomScene(times, place) {
-  const size = sizeOf(scene), view = sceneView(), touch = touchPlace(view);
+  const size = sizeOf(scene), view = sceneView(), touch = touchPlace(view, closeContact());
   const [x, y] = place ?? (touch.every((v, n) => v > 0 && v < size[n]) ? touch : size.map((v) => v / 2));
   zoom.by = clamp(zoom.by * times, 1, MOST);
   const now = toPixels(sceneView(), [(x - view.x0) / view.scale, (view.y0 - y) / view.scale]);
@@ -224,6 +225,43 @@ function followFragment() {
   if (wanted.has("play") && !calm.matches) setPlaying(true);
 }
 
+// To keep and to send ----------------------------------------------------------------------------------------------
+
+/** What is seen, with its time, what is magnified and the scale of its colours, as a file. */
+function savePicture() {
+  const [width, height] = sizeOf(scene), dots = scene.width / width, head = 58, foot = 62;
+  const canvas = Object.assign(document.createElement("canvas"), { width: scene.width, height: scene.height + (head + foot) * dots });
+  const c = canvas.getContext("2d"), write = (words, x, y, font, fill, align = "left") => {
+    Object.assign(c, { font, fillStyle: fill, textAlign: align });
+    c.fillText(words, x, y);
+  };
+  c.scale(dots, dots);
+  c.fillStyle = colour.background;
+  c.fillRect(0, 0, width, head + height + foot);
+  c.drawImage(scene, 0, head, width, height);
+  write(`t = ${$("time").textContent}   ${$("state").textContent}`, 10, 24, FONT.replace("12.5px", "600 18px"), colour.ink);
+  write(`${$("deformation").textContent}; ${$("rate").textContent}`, 10, 46, FONT, colour.ink);
+  const scale = document.querySelector(".scale:not([hidden])"), long = Math.min(360, width - 80), left = (width - long) / 2, top = head + height + 20;
+  write(scale.firstChild.textContent.trim(), width / 2, top - 7, FONT, colour.ink, "center");
+  facts.ramp.forEach((fill, n) => { c.fillStyle = fill; c.fillRect(left + (n * long) / 256, top, long / 256 + 1, 12); });
+  for (const tick of scale.querySelectorAll("span")) write(tick.textContent, left + (parseFloat(tick.style.left) / 100) * long, top + 28, FONT, colour.ink, "center");
+  canvas.toBlob((file) => {
+    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(file), download: `${document.title} ${$("time").textContent}.png` });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+}
+
+/** The address of this instant, in the line of the browser and, where it may be, ready to be pasted. */
+function linkHere() {
+  setPlaying(false);
+  const look = root.dataset.chosen === "auto" ? "" : `&theme=${root.dataset.chosen}`;
+  history.replaceState(null, "", `#t=${run.time[show.place]}&colour=${show.result}${look}`);
+  navigator.clipboard?.writeText(window.location.href).catch(() => {});
+  $("link").textContent = "link is ready";
+  setTimeout(() => { $("link").textContent = "link"; }, 2000);
+}
+
 const pan = (right, down) => () => panScene(right * PART * sizeOf(scene)[0], down * PART * sizeOf(scene)[1]);
 const KEYS = {
   "+": () => zoomScene(ZOOM), "=": () => zoomScene(ZOOM), "-": () => zoomScene(1 / ZOOM), 0: showAll,
@@ -234,6 +272,7 @@ const BUTTONS = {
   play: toggle, home: KEYS.Home, end: KEYS.End, back: () => step(-1), forward: () => step(1),
   "event-back": () => stepEvent(-1), "event-forward": () => stepEvent(1),
   "zoom-in": KEYS["+"], "zoom-out": KEYS["-"], "zoom-all": showAll,
+  picture: savePicture, link: linkHere,
   theme: () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"),
 };
 const CHOICES = {

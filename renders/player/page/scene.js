@@ -99,7 +99,7 @@ function drawScene() {
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
   circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
   drawZones(c, view, axisAt(show.place, factor.factor));
-  drawForces(c, view, facts.longest_arrow * view.whole, run.force_text[Math.floor(show.place)]);
+  drawForces(c, view, facts.longest_arrow * view.whole, `contact force ${run.force_text[Math.floor(show.place)]}`);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
 
