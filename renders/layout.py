@@ -1,4 +1,4 @@
-"""Where the parts of a frame are; what would be too small to be read is left out.  The bar of length."""
+"""Layout of the parts of a frame; what would be too small to be read is left out.  The bar of length."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ class Scene:
 
 
 class View:
-    """What the active renderer of a plotter shows: beams, slope, pin and ground."""
+    """Contents of the active renderer of a plotter: beams, slope, pin and ground."""
 
     def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int, span: Span) -> None:
         self._plotter, self._camera = plotter, plotter.renderer.camera
@@ -359,7 +359,7 @@ class Force:
             actor.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(depth * _IN_FRONT)
 
     def move(self, touched: Array, push: Array, peak: float) -> None:
-        """Let the arrow end just before a place (2,); its length grows with the root of the force (2,), in N."""
+        """End the arrow just before a place (2,); its length grows with the root of the force (2,), in N."""
         size = float(np.linalg.norm(push))
         for actor in self._actors:
             actor.visibility = size > 1e-3 * peak

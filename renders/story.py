@@ -1,4 +1,4 @@
-"""What all pictures of a run share: style, shapes, slope, scale of colours, course of the film."""
+"""Shared by all pictures of a run: style, shapes, slope, scale of colours, course of the film."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How pictures look: themes of colours, matplotlib's settings, and the style of a picture."""
+"""Appearance of pictures: themes of colours, matplotlib's settings, and the style of a picture."""
 
 from __future__ import annotations
 

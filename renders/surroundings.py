@@ -1,4 +1,4 @@
-"""What stands still around a beam: slope, obstacles, ground, and what all pictures draw of them."""
+"""Surroundings of a beam: slope, obstacles and ground, as all pictures draw them."""
 
 from __future__ import annotations
 

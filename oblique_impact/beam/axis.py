@@ -201,7 +201,7 @@ class PointOnSide(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where the beam can touch obstacles."""
+    """Places at which the beam can touch obstacles."""
 
     shapes: AxisShapes
     radius: float  # m, of the hub

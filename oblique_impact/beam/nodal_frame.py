@@ -57,7 +57,7 @@ Three = tuple[Array, Array, Array]
 
 
 class NodalPlaces(NamedTuple):
-    """Where the beam can touch obstacles, and its state in the floating frame for the rows there."""
+    """Places at which the beam can touch obstacles, and its state in the floating frame for the rows there."""
 
     shapes: HermiteShapes
     on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam

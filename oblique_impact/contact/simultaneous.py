@@ -84,7 +84,7 @@ class GroupProbe(Protocol):
 
 @dataclass
 class Change:
-    """What a transition changes: the states of contacts, events in their order, impulses by contact."""
+    """Changes by a transition: the states of contacts, events in their order, impulses by contact."""
 
     phases: dict[int, Phase] = field(default_factory=dict)
     events: list[tuple[int, EventKind]] = field(default_factory=list)

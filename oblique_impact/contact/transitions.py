@@ -112,7 +112,7 @@ class ContactProbe(Protocol):
 
 
 class StickCriterion(NamedTuple):
-    """How a scheme distinguishes stick from slip itself; see `can_stick`."""
+    """Criterion by which a scheme itself distinguishes stick from slip; see `can_stick`."""
 
     stopping_time: float  # s; the length of a step, or infinite for the paper's literal criterion
     located: bool = False  # transitions are located, and their guards say what follows

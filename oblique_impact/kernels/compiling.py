@@ -56,6 +56,6 @@ def compilations(tell: Callable[[str], None]) -> Iterator[None]:
 
 
 def announce(name: str) -> None:
-    """Say that the kernel of this name is being compiled."""
+    """Announce that the kernel of this name is being compiled."""
     for tell in tuple(_listeners):
         tell(name)

@@ -70,7 +70,7 @@ class System(Protocol):
 
 @compiled_protocol
 class TouchesPlaces(Protocol):
-    """What a system with several contacts has besides."""
+    """Further methods of a system with several contacts."""
 
     def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
         """Take what `touch` has in common at all places in a state."""
@@ -87,7 +87,7 @@ class TouchesPlaces(Protocol):
         """S^-1 of the rows (places, 2, d) into responses of that shape: with `sides` = 1 along normals alone."""
 
     def settle(self, mean: Array, v: Array) -> None:
-        """Let the part of the velocities v (d,) that has no inertia be that of `mean` (d,), which may change."""
+        """Set the part of the velocities v (d,) that has no inertia to that of `mean` (d,), which may change."""
 
 
 class NormalModes(NamedTuple):

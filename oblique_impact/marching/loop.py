@@ -67,7 +67,7 @@ _FAILURES = {
 
 
 class Status(NamedTuple):
-    """Where a run is, for a progress display."""
+    """Time and state of a run, for a progress display."""
 
     time: float
     end_time: float
@@ -355,7 +355,7 @@ class Run:
         arm(self._phase, self._scratch, guard_values(self._phase, contact))
 
     def _sample(self, phase: Phase) -> Instant:
-        """Keep where the run is as a sample; returns the contact there."""
+        """Store the present state as a sample; returns the contact there."""
         found = self._observe(phase, np.array([self._now.t]), self._y[None, :])
         return Instant(*found.instants[0].tolist())
 

@@ -150,7 +150,7 @@ class MultiContactRun(Run):
         self._enter(leaving)
 
     def _hand_over(self, change: Change, probe: MultiContactProbe) -> None:
-        """Let the corner take over from an elastic contact that slides over the end of a side, or that from it.
+        """Hand an elastic contact that slides over the end of a side to the corner there, or back.
 
         A point of the beam at the depth d beyond the end of a side has the corner in the beam, within d of itself
         and deep by d times the cosine of the angle between beam and side.
@@ -213,7 +213,7 @@ class MultiContactRun(Run):
             raise RunEnded(change.failure)
 
     def _stick_axially(self, change: Change) -> None:
-        """Let contacts that begin to stick on axial flexibility hold the material where it is.
+        """Begin stick on axial flexibility: contacts hold the material where it is.
 
         That is their travel, since rolling is no slip, and what all forces stretch the axis up to there.
         """

@@ -159,5 +159,5 @@ class SteppedRun(MultiContactRun):
 
 
 def _leading(states: NDArray[np.int64]) -> int:
-    """Return the state that stands for those of all contacts."""
+    """Return the state reported for all contacts together."""
     return int(State.SLIP if np.any(states != OPEN) else State.FREE)

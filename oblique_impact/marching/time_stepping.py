@@ -265,7 +265,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
 def _settle(
     stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int
 ) -> int:
-    """Let impulses keep the end of a step out of all obstacles; the number of contacts in the problem, or -1."""
+    """Keep the end of a step out of all obstacles by impulses; the number of contacts in the problem, or -1."""
     b, s, d = stepper.buffers, stepper.scratch, x.shape[0]
     v0, v1 = y[d : 2 * d], s.y_new[d : 2 * d]
     if m == 0:

@@ -62,7 +62,7 @@ def si_value(key: str, value: Any) -> Any:
 
 
 class AxisSection(Section):
-    """What one direction of a sweep changes, and how.
+    """One direction of a sweep: its keys and their values.
 
     `key`, or `keys` that take the same value, have `values`, or `count` values in a `range`, linear or log spaced;
     in a sample they are spread over a `range`.
@@ -103,7 +103,7 @@ class AxisSection(Section):
 
     @property
     def words(self) -> str:
-        """What the keys mean, for axes and tables."""
+        """Meanings of the keys, for axes and tables."""
         return " = ".join(label_of(name) for name in self.names)
 
     @property
