@@ -29,6 +29,7 @@ from oblique_impact.validation.report import (
     number_within,
     picture,
     provenance_data,
+    shown_unit,
     with_unit,
     write_json,
 )
@@ -498,7 +499,7 @@ def _runs(histories: Sequence[History], names: Sequence[str]) -> Table:
     rows: list[list[Any]] = [["outcome", "", *(Cell(one["outcome"], "number") for one in found)]]
     rows += [["end of the run", "s", *(cell(one["stopped_at"]) for one in found)]]
     for q in map(quantity, asked):
-        rows.append([q.meaning, q.unit.removeprefix("1"), *(cell(one[q.name], 5) for one in found)])
+        rows.append([q.meaning, shown_unit(q.unit), *(cell(one[q.name], 5) for one in found)])
     return Table(["quantity", "unit", *names], rows, "The runs.", wide=(0,))
 
 
@@ -540,7 +541,7 @@ def _sections_of(found: Comparison) -> list[Section]:
     measures = [
         [
             name,
-            row["unit"].removeprefix("1"),
+            shown_unit(row["unit"]),
             cell(row["left"], 6),
             cell(row["right"], 6),
             cell(row["difference"], 2),

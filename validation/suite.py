@@ -17,7 +17,17 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell, number_within
+from oblique_impact.validation.report import (
+    Block,
+    Cell,
+    Report,
+    Section,
+    Table,
+    Text,
+    cell,
+    number_within,
+    shown_unit,
+)
 from oblique_impact.validation.studies.parallel import map_parallel
 
 
@@ -234,7 +244,7 @@ def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Resul
                 Cell(number_within(value, max(r.tolerance, 1e-8 * abs(value))), "number")
                 for value in (r.computed, r.reference)
             ),
-            r.unit.removeprefix("1"),
+            shown_unit(r.unit),
             *(cell(value, 2) for value in (r.error, r.tolerance)),
             Cell(r.verdict, r.verdict),
         ]
