@@ -63,9 +63,13 @@ def test_95_of_100_intervals_hold_the_true_value(tmp_path, exact):
 
 
 def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_path, cli, exact):
-    """The command, with damping of the stop in place of friction: nothing slides here."""
-    noise = 2e-5 * np.random.default_rng(1).standard_normal(TIMES.size)
-    data = written(tmp_path / "d.csv", "time [ms], displacement@0.2 m [mm]", 1e3 * TIMES, 1e3 * (exact + noise))
+    """By the command, from two sensors with noise of their own; nothing slides here, so friction has no effect."""
+    scatter, strains = np.random.default_rng(1), along_beam(simulate(STRIP), "strain", 0.03, TIMES)
+    displacement, strain = (
+        clean + noise * scatter.standard_normal(TIMES.size) for clean, noise in ((exact, 2e-5), (strains, 1e-6))
+    )
+    header = "time [ms], displacement@0.2 m [mm], strain@3 cm [um/m]"
+    data = written(tmp_path / "d.csv", header, 1e3 * TIMES, 1e3 * displacement, 1e6 * strain)
     (tmp_path / "guess.toml").write_text(GUESS.to_toml())
     vary = [word for key in (*KEYS, "contact.mu_static,contact.mu_kinetic") for word in ("--vary", key)]
     out = tmp_path / "out"
@@ -83,12 +87,13 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
         assert ends == pytest.approx([rows[key]["value"]] * 2, rel=1e-2)
     assert rows["contact.mu_static"] == {**rows["contact.mu_static"], "value": 0.3, "low": None, "high": None}
     residuals = pd.read_csv(out / "results.csv")
-    # the noise is found with the keys, and the residuals are those of the fitted scenario that is written
-    assert residuals["deviation"].iloc[0] == pytest.approx(2e-5, rel=0.3)
+    # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
     fitted = simulate(Scenario.load(str(out / "scenario.toml")))
-    assert residuals["fitted"].to_numpy() == pytest.approx(
-        along_beam(fitted, "displacement", 0.2, TIMES), abs=1e-9
-    )
+    for column, noise, place in (("displacement@0.2 m", 2e-5, 0.2), ("strain@3 cm", 1e-6, 0.03)):
+        rows_of_it = residuals[residuals["column"] == column]
+        assert rows_of_it["deviation"].to_numpy() == pytest.approx(np.full(TIMES.size, noise), rel=0.3)
+        again = along_beam(fitted, column.partition("@")[0], place, TIMES)
+        assert rows_of_it["fitted"].to_numpy() == pytest.approx(again, abs=1e-3 * noise)
     assert "correlation" in (out / "report.html").read_text().lower()
 
 
