@@ -63,9 +63,13 @@ def test_95_of_100_intervals_hold_the_true_value(tmp_path, exact):
 
 
 def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_path, cli, exact):
-    """The command, with damping of the stop in place of friction: nothing slides here."""
-    noise = 2e-5 * np.random.default_rng(1).standard_normal(TIMES.size)
-    data = written(tmp_path / "d.csv", "time [ms], displacement@0.2 m [mm]", 1e3 * TIMES, 1e3 * (exact + noise))
+    """By the command, from two sensors with noise of their own; nothing slides here, so friction has no effect."""
+    scatter, strains = np.random.default_rng(1), along_beam(simulate(STRIP), "strain", 0.03, TIMES)
+    displacement, strain = (
+        clean + noise * scatter.standard_normal(TIMES.size) for clean, noise in ((exact, 2e-5), (strains, 1e-6))
+    )
+    header = "time [ms], displacement@0.2 m [mm], strain@3 cm [um/m]"
+    data = written(tmp_path / "d.csv", header, 1e3 * TIMES, 1e3 * displacement, 1e6 * strain)
     (tmp_path / "guess.toml").write_text(GUESS.to_toml())
     vary = [word for key in (*KEYS, "contact.mu_static,contact.mu_kinetic") for word in ("--vary", key)]
     out = tmp_path / "out"
@@ -83,19 +87,21 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
         assert ends == pytest.approx([rows[key]["value"]] * 2, rel=1e-2)
     assert rows["contact.mu_static"] == {**rows["contact.mu_static"], "value": 0.3, "low": None, "high": None}
     residuals = pd.read_csv(out / "results.csv")
-    # the noise is found with the keys, and the residuals are those of the fitted scenario that is written
-    assert residuals["deviation"].iloc[0] == pytest.approx(2e-5, rel=0.3)
+    # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
     fitted = simulate(Scenario.load(str(out / "scenario.toml")))
-    assert residuals["fitted"].to_numpy() == pytest.approx(
-        along_beam(fitted, "displacement", 0.2, TIMES), abs=1e-9
-    )
+    for column, noise, place in (("displacement@0.2 m", 2e-5, 0.2), ("strain@3 cm", 1e-6, 0.03)):
+        rows_of_it = residuals[residuals["column"] == column]
+        assert rows_of_it["deviation"].to_numpy() == pytest.approx(np.full(TIMES.size, noise), rel=0.3)
+        again = along_beam(fitted, column.partition("@")[0], place, TIMES)
+        assert rows_of_it["fitted"].to_numpy() == pytest.approx(again, abs=1e-3 * noise)
     assert "correlation" in (out / "report.html").read_text().lower()
 
 
-def test_least_squares_of_repeated_scalars_are_their_means(tmp_path):
-    """A rigid bar bounces off a soft stop in half a period pi sqrt(J/k)/L: its stiffness from the duration alone.
+@pytest.mark.parametrize(("deviation", "kind"), [(400e-6, "Jacobian"), (12e-3, "profile")])
+def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, kind):
+    """A rigid bar bounces off a soft stop in half a period pi sqrt(J/k)/L.
 
-    The interval is that of a mean, d(log k) = -2 d(log t), with the deviations of the file.
+    What fits four durations is their mean; the interval ends where the duration is that -+ 1.96 sigma/2.
     """
     bar = Scenario.builtin(
         "paper",
@@ -110,19 +116,22 @@ def test_least_squares_of_repeated_scalars_are_their_means(tmp_path):
             *("slope.angle=0", "slope.origin=[0,0]", "end_time=0.2", "solver.output_interval=1e-2"),
         ],
     )
-    times = [0.0385, 0.0392, 0.0390, 0.0381]
-    data = written(
-        tmp_path / "t.csv",
-        "collision_duration [ms], collision_duration +- [us]",
-        1e3 * np.array(times),
-        [400.0] * 4,
-    )
-    result = fit(bar, data, vary=["contact.stiffness"], starts=1, workers=1)
-    inertia = bar.beam.density * bar.beam.area / 3.0
-    assert result.value("contact.stiffness") == pytest.approx(inertia * (math.pi / np.mean(times)) ** 2, rel=2e-3)
-    low, high = result.interval("contact.stiffness")
-    assert math.log(high / low) == pytest.approx(2.0 * 1.96 * 2.0 * 400e-6 / 2.0 / np.mean(times), rel=1e-2)
-    assert result.squares == pytest.approx(np.sum((np.array(times) - np.mean(times)) ** 2) / 400e-6**2, rel=1e-2)
+    times = np.array([0.0385, 0.0392, 0.0390, 0.0381])
+    header = "collision_duration [ms], collision_duration +- [us]"
+    data = written(tmp_path / "t.csv", header, 1e3 * times, [1e6 * deviation] * 4)
+    result = fit(bar, data, vary=["contact.stiffness=1 kN/m:20 kN/m"], starts=1, workers=1)
+    (row,) = result.keys.itertuples()
+    assert row.interval == kind
+
+    def stiffness(duration):
+        return bar.beam.density * bar.beam.area / 3.0 * (math.pi / duration) ** 2
+
+    assert row.value == pytest.approx(stiffness(times.mean()), rel=2e-3)
+    for end, moved in ((row.low, 0.98 * deviation), (row.high, -0.98 * deviation)):
+        assert math.log(end / row.value) == pytest.approx(
+            math.log(stiffness(times.mean() + moved) / stiffness(times.mean())), rel=3e-2
+        )
+    assert result.squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
 
 
 def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
@@ -217,6 +226,7 @@ SERIES = "time [ms], displacement@0.1 m [mm]\n1,2\n2,3\n3,4\n"
         (SERIES, "contact.damping", "--vary contact.damping: is 0 in the scenario"),
         (SERIES, "contact.damping=0:1", "should be KEY=LOW:HIGH, LOW less than HIGH, both above 0"),
         (SERIES, "contact.stiffness=1 m:2 m", "should be in N/m"),
+        (SERIES, "contact.mu_static=low:1", "should be a number"),
         ("impulse [N s]\n1\n", KEYS[1], "1 values for 1 keys: at least 2 are needed"),
         ("second_impact [s], second_impact +- [s]\n1,1\n", KEYS[1], "no second impact before end_time"),
     ],

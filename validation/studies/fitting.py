@@ -120,11 +120,9 @@ def parameter(text: str, scenario: Scenario) -> Parameter:
     high = numeric.get("maximum", numeric.get("exclusiveMaximum", math.inf))
     positive = low >= 0.0
     if ranged:
-        given = [si_value(key, end.strip()) if end.strip()[-1:].isalpha() else end for end in ends.split(":")]
-        try:
-            low, high = (float(end) for end in given)
-        except ValueError:
-            raise InputError(f"--vary {text}: should be KEY=LOW:HIGH") from None
+        if ends.count(":") != 1:
+            raise InputError(f"--vary {text}: should be KEY=LOW:HIGH")
+        low, high = (_number(key, end) for end in ends.split(":"))
         if not (low < high and (low > 0.0 or not positive)):
             raise InputError(
                 f"--vary {text}: should be KEY=LOW:HIGH, LOW less than HIGH{', both above 0' * positive}"
@@ -139,6 +137,17 @@ def parameter(text: str, scenario: Scenario) -> Parameter:
     else:
         spread = value - _PART * abs(value), value + _PART * abs(value)
     return Parameter(keys, Unit(schema.get("unit", "1")).shown, value, spread, (low, high), positive)
+
+
+def _number(key: str, text: str) -> float:
+    """Read an end of a range, with or without a unit; raises InputError."""
+    try:
+        return float(text)
+    except ValueError:
+        found = si_value(key, text)
+    if isinstance(found, float):
+        return found
+    raise refused("--vary", text, "should be a number")
 
 
 @dataclass(frozen=True)
@@ -367,7 +376,12 @@ def fit(
         ]
     )
     result = _judge(problem, best, known, begun, workers, on_progress)
-    result = replace(result, seconds=time.perf_counter() - started)
+    result = replace(
+        result,
+        scenario=result.scenario.replace(end_time=scenario.end_time),
+        warnings=(*_elsewhere(result, parameters, found, known), *result.warnings),
+        seconds=time.perf_counter() - started,
+    )
     if out is not None:
         report(result, name).write(Path(out), _data(result), result.data)
         write_text(Path(out) / "scenario.toml", result.scenario.to_toml())
@@ -556,6 +570,26 @@ def _judge(
     )
 
 
+def _elsewhere(
+    result: FitResult, parameters: Sequence[Parameter], found: Sequence[Solution], known: bool
+) -> list[str]:
+    """Name the starts that ended outside of an interval, though their sum of squares is within its rise of 4."""
+    least = min(solution.squares for solution in found)
+    rise, ends = 4.0 * (1.0 if known else least / result.freedom), result.keys.set_index("key")[["low", "high"]]
+    warnings = []
+    for number, solution in enumerate(found, start=1):
+        outside = []
+        for p, u in zip(parameters, solution.u.tolist(), strict=True):
+            low, high = ends.loc[p.keys[0]]
+            if p.value(u) < low or p.value(u) > high:
+                outside.append(p.label)
+        if outside and solution.squares < least + rise:
+            warnings.append(
+                f"start {number} fits as well with another {', '.join(outside)}: see the table of starts"
+            )
+    return warnings
+
+
 def _unpredictable(problem: Problem, history: History, workers: int | None) -> list[str]:
     """Name the columns that depend on the initial angle beyond measurement, by the growth of the events before."""
     scenario = history.scenario
@@ -624,12 +658,12 @@ def report(result: FitResult, name: str = "scenario") -> Report:
     correlation = result.correlation.rename_axis("key").reset_index()
     return Report(
         "Fit of a scenario to measured data",
-        f"Keys of the scenario {Path(name).name}, found from {len(result.data)} measured values by least squares.",
+        f"Keys of {Path(name).name}, found from {len(result.data)} measured values by least squares.",
         result.seconds,
         facts=[("sum of squares", f"{result.squares:.4g} on {result.freedom} degrees of freedom")],
         overview=[
             Table.of_frame(keys, "Values with their 95 % intervals; an end that is infinite, or 0, is open."),
-            *(Text(f"{warning[:1].upper()}{warning[1:]}.") for warning in result.warnings),
+            *(Text(f"{warning}.") for warning in result.warnings),
         ],
         sections=[
             Section("Data and fit", pictures),
