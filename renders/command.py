@@ -72,7 +72,7 @@ def render(
         One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
         The suffix decides: .png a still or a strip; .mp4 or .gif a film; .svg or .pdf charts, as
-        :func:`~oblique_impact.renders.overview.overview` draws them; .html a page (of one history).
+        :func:`~oblique_impact.renders.overview.overview` draws them; .html a page.
     style : Style, optional
         Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
         strip 1000 x 250.  A page takes its theme, title, deformation factor and result in

@@ -64,7 +64,7 @@ def variables(theme: Theme) -> dict[str, str]:
     found = {field.name: getattr(theme, field.name) for field in fields(theme)}
     for variable, names in several.items():
         found |= zip(names, found.pop(variable), strict=True)
-    found["stop"] = found.pop("series")[1]
+    found |= zip(("first", "stop", "third"), found.pop("series")[:3], strict=True)  # of runs; a stop as the second
     return {name.replace("_", "-"): colour for name, colour in found.items() if colour.startswith("#")}
 
 

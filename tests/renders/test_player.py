@@ -285,6 +285,29 @@ def test_links_open_it_at_a_time_after_an_event_and_in_a_theme(page, files, run)
     assert now(page) == np.nextafter(run("paper").events[2].time, np.inf)
 
 
+def test_two_runs_are_side_by_side_at_one_time_in_pictures_of_one_scale(page, run, tmp_path):
+    """The second one goes on for longer than the first, with which the page ends."""
+    runs = run("paper", "end_time=0.5"), run("paper", "contact.friction=frictionless")
+    file = write_player(story_of(runs, names=["rough", "smooth"]), tmp_path / "a.html")
+    show(page, file, "#t=0.327")
+    states = page.locator(".scenes .state").all_text_contents()
+    assert states == [State(int(one.data["state"].sel(time=now(page), method="nearest"))).name for one in runs]
+    for name, variable in (("force", "lambda_n"), ("energy", "energy")):
+        shown = numbers(page, f"#{name}-legend")[:2]
+        kinds = (
+            ["lambda_n"] if variable == "lambda_n" else [f"energy_{k}" for k in ("kinetic", "elastic", "gravity")]
+        )
+        for value, one in zip(shown, runs, strict=True):
+            at = one.data.sel(time=now(page), method="pad")
+            assert value == pytest.approx(sum(float(at[kind]) for kind in kinds), rel=1e-3, abs=1e-3)
+    page.keyboard.press("End")
+    settle(page)
+    last = page.evaluate("player.runs.map(({ run }) => run.time.at(-1))")
+    assert last == [0.5, pytest.approx(0.5, abs=2e-4)]
+    bounds = page.evaluate("player.runs.map(({ facts }) => facts.factors['5'].bounds.join())")
+    assert bounds[0] == bounds[1]
+
+
 def test_what_is_seen_can_be_kept_and_linked(page, files, run):
     show(page, files("paper", "auto"), "#event=3")
     event = run("paper").events[2]

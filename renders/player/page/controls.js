@@ -17,7 +17,7 @@ function refresh() {
   requestAnimationFrame((stamp) => {
     show.asked = false;
     if (show.playing) advance(stamp);
-    drawScene();
+    drawScenes();
     drawInset();
     write();
   });
@@ -97,7 +97,8 @@ function write() {
   const k = Math.floor(show.place), name = facts.states[run.state[k]], film = mix(run.film, show.place);
   for (const element of written) element.textContent = run[element.dataset.text][k];
   $("charts").style.setProperty("--now", film / (FILM || 1));
-  $("state").textContent = $("state").className = name;
+  $("state").textContent = name;
+  $("state").className = `state ${name}`;
   const side = !show.playing && k === show.place && run.side_text[k];
   $("rate").textContent = [side, `shown at ${facts.rates[show.speed][run.rate[k]]}`].filter(Boolean).join(", ");
   const { thick } = sceneView();
@@ -147,7 +148,7 @@ function panScene(right, down) {
 const showAll = () => zoomScene(0);
 
 /** Fingers and mouse on the scene: one drags, two pinch; the wheel zooms where it does not scroll a page. */
-function connectScene() {
+function connectScene(scene) {
   const held = new Map();
   const at = ({ offsetX, offsetY }) => [offsetX / unit(), offsetY / unit()];
   const pinch = () => {
@@ -229,18 +230,23 @@ function followFragment() {
 
 /** What is seen, with its time, what is magnified and the scale of its colours, as a file. */
 function savePicture() {
-  const [width, height] = sizeOf(scene), dots = scene.width / width, head = 58, foot = 62;
-  const canvas = Object.assign(document.createElement("canvas"), { width: scene.width, height: scene.height + (head + foot) * dots });
+  const [each, height] = sizeOf(scene), dots = scene.width / each, width = each * scenes.length, head = 58, foot = 62;
+  const size = { width: scene.width * scenes.length, height: scene.height + (head + foot) * dots };
+  const canvas = Object.assign(document.createElement("canvas"), size);
   const c = canvas.getContext("2d"), write = (words, x, y, font, fill, align = "left") => {
     Object.assign(c, { font, fillStyle: fill, textAlign: align });
-    c.fillText(words, x, y);
+    c.fillText(words, x, y, width - 20);
   };
   c.scale(dots, dots);
   c.fillStyle = colour.background;
   c.fillRect(0, 0, width, head + height + foot);
-  c.drawImage(scene, 0, head, width, height);
-  write(`t = ${$("time").textContent}   ${$("state").textContent}`, 10, 24, FONT.replace("12.5px", "600 18px"), colour.ink);
-  write(`${$("deformation").textContent}; ${$("rate").textContent}`, 10, 46, FONT, colour.ink);
+  scenes.forEach((one, n) => {
+    c.drawImage(one, n * each, head, each, height);
+    const name = one.parentElement.previousElementSibling;
+    if (scenes.length > 1) write(name.textContent, n * each + 10, head + 14, FONT.replace("12.5px", "600 14px"), colour.ink);
+  });
+  write(`t = ${$("time").textContent}   ${scenes.length > 1 ? "" : $("state").textContent}   ${run.side_text[Math.floor(show.place)]}`, 10, 24, FONT.replace("12.5px", "600 18px"), colour.ink);
+  write($("deformation").textContent, 10, 46, FONT, colour.ink);
   const scale = document.querySelector(".scale:not([hidden])"), long = Math.min(360, width - 80), left = (width - long) / 2, top = head + height + 20;
   write(scale.firstChild.textContent.trim(), width / 2, top - 7, FONT, colour.ink, "center");
   facts.ramp.forEach((fill, n) => { c.fillStyle = fill; c.fillRect(left + (n * long) / 256, top, long / 256 + 1, 12); });
@@ -309,9 +315,9 @@ document.addEventListener("click", ({ target }) => {
 window.addEventListener("hashchange", followFragment);
 dark.addEventListener("change", () => setTheme(root.dataset.chosen));
 const sizes = new ResizeObserver(refresh);
-[scene, inset].forEach((canvas) => sizes.observe(canvas));
+[...scenes, inset].forEach((canvas) => sizes.observe(canvas));
 all(".plot").forEach(connectChart);
-connectScene();
+scenes.forEach(connectScene);
 if ($("warnings")) $("warnings").open = window.matchMedia("(min-width: 900px) and (min-height: 800px)").matches;
 $("slider").max = String(FILM);
 setFactor($("factor").value);
@@ -322,6 +328,6 @@ followFragment();
 
 /* For a page that embeds this one, and for tests. */
 window.player = {
-  play: () => setPlaying(true), pause: () => setPlaying(false), seek, goTo, run,
+  play: () => setPlaying(true), pause: () => setPlaying(false), seek, goTo, run, runs,
   now: () => ({ frame: show.place, time: mix(run.time, show.place), state: stateAt(show.place), playing: show.playing, zoom: zoom.by, axis: axisAt(show.place, 1) }),
 };

@@ -9,7 +9,8 @@ const PIECES = 5; // of one colour along the beam between two stations
 const GHOSTS = 4;
 const MOST = 400; // times as large as the whole
 
-const scene = $("scene"), inset = $("inset");
+const scenes = [...document.querySelectorAll("[data-scene]")], inset = $("inset");
+let [scene] = scenes; // of the run that is drawn now
 const zoom = { by: 1, x: 0, y: 0 }; // how large; the middle of what is seen, in metres from that of the whole
 let factor = null; // one of `facts.factors`
 let colour = {}; // of the theme
@@ -82,6 +83,22 @@ function insetView() {
   const [width, height] = sizeOf(inset), { span, home } = facts.inset, scale = Math.min(width, height) / span;
   const [x, y] = ofContact(run.place, show.place, closeContact()).map((v, n) => v + clamp((home?.[n] ?? v) - v, -0.22 * span, 0.22 * span));
   return { scale, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick: 1 };
+}
+
+/** Draw each run in its own picture, all at the film time of the first one. */
+function drawScenes() {
+  const { place } = show, film = mix(run.film, place);
+  scenes.forEach((canvas, number) => {
+    use(number);
+    scene = canvas;
+    if (number) show.place = placeOf(run.film, film);
+    drawScene();
+    const state = scenes.length > 1 && canvas.parentElement.previousElementSibling.querySelector(".state");
+    if (state) state.textContent = (state.className = `state ${facts.states[stateAt(show.place)]}`).slice(6);
+  });
+  use(0);
+  [scene] = scenes;
+  show.place = place;
 }
 
 function drawScene() {
