@@ -74,4 +74,4 @@ bench: install
 	$(BIN)/python benchmarks/films.py
 
 clean:
-	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png examples/*.svg examples/*.gif *.egg-info
+	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png examples/*.svg examples/measured/*.svg examples/*.gif *.egg-info

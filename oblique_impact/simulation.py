@@ -205,7 +205,7 @@ def simulate_system(
         scheme.stick_criterion,
         contact_law,
         extent,
-        axial=(lambda slip: axial_flexibility) if axial_flexibility else None,
+        axial=(lambda slip: (axial_flexibility, 1.0)) if axial_flexibility else None,
     )
     problem = Problem(
         system,

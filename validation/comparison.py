@@ -29,6 +29,7 @@ from oblique_impact.validation.report import (
     number_within,
     picture,
     provenance_data,
+    shown_unit,
     with_unit,
     write_json,
 )
@@ -174,12 +175,20 @@ class Comparison:
         return "\n".join([*self.summary(), "", table])
 
     def __repr__(self) -> str:
-        """Return how the two agree, in a line."""
-        return f"<Comparison: {_events(self)}; {len(self.changed_keys)} keys of their scenarios differ>"
+        """Return which keys differ, and how the two agree."""
+        return f"<Comparison: {', '.join(self.changed_keys) or 'no key'} differs; {_events(self)}>"
 
     def _repr_html_(self) -> str:
         """Show the head of the report in a notebook."""
         return report([self])._repr_html_()
+
+
+class Comparisons(list[Comparison]):
+    """Comparisons with the same first run."""
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report(self)._repr_html_()
 
 
 def compare(left: History, right: History, *, names: tuple[str, str] = ("left", "right")) -> Comparison:
@@ -244,7 +253,7 @@ def compare(left: History, right: History, *, names: tuple[str, str] = ("left", 
     )
 
 
-def compare_all(histories: Sequence[History], names: Sequence[str] = ()) -> list[Comparison]:
+def compare_all(histories: Sequence[History], names: Sequence[str] = ()) -> Comparisons:
     """Compare histories with the first of them, as `compare` does; `report` and `save_comparison` take the list.
 
     Parameters
@@ -262,10 +271,8 @@ def compare_all(histories: Sequence[History], names: Sequence[str] = ()) -> list
     if len(histories) < 2:
         raise InputError("compare: takes at least two runs")
     first, *others = names or [f"run {number}" for number in range(1, len(histories) + 1)]
-    return [
-        compare(histories[0], other, names=(first, name))
-        for other, name in zip(histories[1:], others, strict=True)
-    ]
+    pairs = zip(histories[1:], others, strict=True)
+    return Comparisons(compare(histories[0], other, names=(first, name)) for other, name in pairs)
 
 
 # --- variables
@@ -492,7 +499,7 @@ def _runs(histories: Sequence[History], names: Sequence[str]) -> Table:
     rows: list[list[Any]] = [["outcome", "", *(Cell(one["outcome"], "number") for one in found)]]
     rows += [["end of the run", "s", *(cell(one["stopped_at"]) for one in found)]]
     for q in map(quantity, asked):
-        rows.append([q.meaning, q.unit.removeprefix("1"), *(cell(one[q.name], 5) for one in found)])
+        rows.append([q.meaning, shown_unit(q.unit), *(cell(one[q.name], 5) for one in found)])
     return Table(["quantity", "unit", *names], rows, "The runs.", wide=(0,))
 
 
@@ -534,7 +541,7 @@ def _sections_of(found: Comparison) -> list[Section]:
     measures = [
         [
             name,
-            row["unit"].removeprefix("1"),
+            shown_unit(row["unit"]),
             cell(row["left"], 6),
             cell(row["right"], 6),
             cell(row["difference"], 2),

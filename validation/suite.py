@@ -17,7 +17,17 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell, number_within
+from oblique_impact.validation.report import (
+    Block,
+    Cell,
+    Report,
+    Section,
+    Table,
+    Text,
+    cell,
+    number_within,
+    shown_unit,
+)
 from oblique_impact.validation.studies.parallel import map_parallel
 
 
@@ -178,7 +188,8 @@ def _report(
     for group, own in _groups(results).items():
         failed = any(result.verdict == "fail" for result in own)
         blocks = [block for check in checks if check.group == group for block in _blocks(check, evidence, own)]
-        sections.append(Section(group.title, blocks, "fail" if failed else "pass", counts(own), opened=failed))
+        count = counts(own).partition(":")[0]
+        sections.append(Section(group.title, blocks, "fail" if failed else "pass", count, opened=failed))
     return Report(
         _TITLE,
         f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
@@ -233,7 +244,7 @@ def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Resul
                 Cell(number_within(value, max(r.tolerance, 1e-8 * abs(value))), "number")
                 for value in (r.computed, r.reference)
             ),
-            r.unit.removeprefix("1"),
+            shown_unit(r.unit),
             *(cell(value, 2) for value in (r.error, r.tolerance)),
             Cell(r.verdict, r.verdict),
         ]
@@ -242,4 +253,4 @@ def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Resul
     columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
     sources = list(dict.fromkeys(r.source for r in mine if r.source))
     reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
-    return [Text(check.problem), Table(columns, rows, wide=(1,)), reference, *evidence[check.id].pictures]
+    return [Table(columns, rows, check.problem, wide=(1,)), reference, *evidence[check.id].pictures]

@@ -9,7 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.validation.studies.quantities import named_quantities
+from oblique_impact.validation.studies.quantities import quantity_table
 
 
 class HistoryVariables(SphinxDirective):
@@ -28,12 +28,12 @@ class HistoryVariables(SphinxDirective):
 
 
 class Quantities(SphinxDirective):
-    """The quantities of interest that have a name."""
+    """The quantities of interest."""
 
     def run(self) -> list[nodes.Node]:
         """Return the table."""
         rows = ["| quantity | unit | meaning |", "| --- | --- | --- |"]
-        rows += [f"| `{found.name}` | {found.unit} | {found.meaning} |" for found in named_quantities()]
+        rows += [f"| `{row.Index}` | {row.unit} | {row.meaning} |" for row in quantity_table().itertuples()]
         return self.parse_text_to_nodes("\n".join(rows))
 
 

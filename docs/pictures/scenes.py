@@ -88,6 +88,7 @@ def paraview() -> Image.Image:
         export(paper(), file, every=50)
         ending = [
             "scene.AnimationTime = 0.3245",
+            "ResetCamera(view)",
             "view.UseColorPaletteForBackground = 0",
             f"view.Background = {background}",
             f"SaveScreenshot({str(picture)!r}, view, ImageResolution=[1280, 720])",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -15,6 +16,9 @@ from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.operators import discretization
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario, require_scenario
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 
@@ -27,7 +31,7 @@ ELASTIC_PERIODS, PENDULUM_PART = 2.0, 0.1
 _SHAPES, _POINTS = 10, 14
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Frequencies:
     """Natural frequencies (rad/s) over the spin rate, ascending in each row.
 
@@ -43,6 +47,22 @@ class Frequencies:
     speeds: Array
     flapwise: Array
     chordwise: Array
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the frequencies (rad/s) as a table, a row for each spin rate (rad/s)."""
+        from pandas import DataFrame, Index
+
+        tables = {"flapwise": self.flapwise, "chordwise": self.chordwise}
+        columns = {f"{name} {n}": row for name, table in tables.items() for n, row in enumerate(table.T, start=1)}
+        return DataFrame(columns, Index(self.speeds, name="spin rate"))
+
+    def __repr__(self) -> str:
+        """Return the table."""
+        return f"<Frequencies (rad/s)>\n{self.to_dataframe().to_string(float_format='{:.6g}'.format)}"
+
+    def _repr_html_(self) -> str:
+        """Show the table in a notebook."""
+        return f"frequencies (rad/s){self.to_dataframe().to_html(float_format='{:.6g}'.format)}"
 
     def to_dict(self) -> dict[str, list[float] | list[list[float]]]:
         """Return plain lists, as ``oblique-impact modes --json`` prints them: in rad/s, and with ``_hz`` in Hz."""

@@ -1,4 +1,4 @@
-"""The commands `validate`, `refine`, `reproduce`, `sweep` and `compare`."""
+"""The commands `validate`, `refine`, `reproduce`, `sweep`, `fit` and `compare`."""
 
 from __future__ import annotations
 
@@ -197,6 +197,31 @@ def sweep(
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, **how)
     print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
+
+
+def fit(
+    scenario: ScenarioArgument,
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="A CSV file with units in its header.")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option("--vary", metavar="KEY[=LOW:HIGH]", help="A key to be found; repeatable."),
+    ] = None,
+    starts: Annotated[int, typer.Option(help="Starts of the search.")] = 4,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/fit"),
+    changes: SetOption = None,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Find keys of a scenario from measured data; writes report.html, results.json, .csv and scenario.toml."""
+    from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.validation.studies.fitting import fit as compute
+    from oblique_impact.validation.studies.fitting import lines
+
+    base = Scenario.load(scenario, changes or [])
+    how: dict[str, Any] = {"starts": starts, "out": out, "workers": workers, "name": scenario}
+    with counting_bar("fit") as show:
+        result = compute(base, data, vary=vary or (), on_progress=show, **how)
+    print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
 def compare(

@@ -59,6 +59,9 @@ FORMAT = "oblique-impact history 2"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 #: larger numbers belong to no run; their squares overflow where lengths and energies are computed
 _LARGEST = np.float64(1e150)
+#: headings of a table of macro-collisions
+_OF_COLLISIONS = {"start": "start (s)", "end": "end (s)", "peak_force": "largest force (N)"}
+_OF_COLLISIONS |= {"normal_impulse": "normal impulse (N s)", "tangential_impulse": "tangential impulse (N s)"}
 #: attributes of a file that belong to other parts of a history than its data
 _OWN = ("format", "scenario", "events", "contacts", "summary")
 
@@ -120,7 +123,8 @@ class History:
         from pandas import DataFrame
 
         lines = "<br>".join(escape(line) for line in _describe(self)[:4])
-        table = DataFrame(self.macro_collisions).to_html(index=False, float_format="{:.6g}".format)
+        found = DataFrame(self.macro_collisions).rename(columns=_OF_COLLISIONS)
+        table = found.to_html(index=False, float_format="{:.6g}".format)
         return f"<div>{lines}{table if self.macro_collisions else ''}</div>"
 
     @property

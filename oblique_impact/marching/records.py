@@ -35,6 +35,11 @@ class Event(NamedTuple):
     obstacle: int = 0  # the slope, or from 1 in the order of the scenario
     place: float = 0.0  # m along the beam
 
+    def __repr__(self) -> str:
+        """Return kind, time, state and impulse in a line; the fields by name are `_asdict()`."""
+        state = self.state.name.lower()
+        return f"<{self.kind.value} at {self.time:.9g} s, then {state}; {self.normal_impulse:.5g} N s>"
+
     def with_share(self, finite: Contact) -> Event:
         """Add the share of the contact's finite force to the row of the event that ends it."""
         return self._replace(
@@ -71,6 +76,11 @@ class Contact(NamedTuple):
     first_place: float = 0.0  # m along the beam, the nearest to the root
     last_place: float = 0.0  # m
 
+    def __repr__(self) -> str:
+        """Return span, impulse and largest force in a line; the fields by name are `_asdict()`."""
+        span = f"{self.start:.9g} to {self.end:.9g} s"
+        return f"<contact from {span}: {self.normal_impulse:.5g} N s, at most {self.peak_force:.5g} N>"
+
 
 @dataclass
 class OpenContact:
@@ -87,7 +97,7 @@ class OpenContact:
         """Return the contact that ends at `end`, and the share of its finite force."""
         gained = quadratures - self.quadratures
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = law.energy(-self.depth, self.compliance) if law else 0.0
+        stored = law.peak_energy(self.depth, self.peak_force, self.compliance) if law else 0.0
         loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
         finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss, self.compliance)
         whole = finite._replace(

@@ -14,7 +14,7 @@ from oblique_impact import Scenario
 from oblique_impact.validation.checks import registry
 from tests.docs.test_commands import DOCS, ROOT, blocks
 
-EXAMPLES = sorted((ROOT / "examples").glob("plot_*.py"))
+EXAMPLES = sorted((ROOT / "examples").rglob("plot_*.py"))
 
 
 @pytest.mark.slow  # the build of the documentation runs them too

@@ -245,6 +245,8 @@ def test_several_runs_are_compared_with_the_first_and_their_keys_stand_first(run
     (table,) = next(section.blocks for section in page.sections if section.title == "Parameters")
     shared = {row[1].text: row[3].text for row in table.cells()}
     assert shared["beam.youngs_modulus"] == "6.8952 × 10¹⁰"
+    units = {row[1].text: row[2].text for row in table.cells()}
+    assert [units[f"beam.{key}"] for key in ("mass_proportional", "modal_damping_ratio")] == ["1/s", ""]
     assert "slope.angle" not in shared
     with pytest.raises(InputError, match="at least two"):
         compare_all([runs[0.3]])

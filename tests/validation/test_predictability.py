@@ -10,6 +10,7 @@ import pytest
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.validation import predictability
+from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.predictability import (
     PREDICTABLE,
     SENSITIVE,
@@ -114,7 +115,7 @@ def test_failed_runs_are_left_out_and_named():
     assert found.frame["offset"].tolist() == [0.0, -1e-8]
     told = "perturbed run at 1e-08 rad left out: timeout: so it went"
     assert found.remarks == [told, "warning: so it is"]
-    assert f"P{told[1:]}." in report(Predictability("given", (found,), 0.0)).html()
+    assert readable(f"P{told[1:]}.") in report(Predictability("given", (found,), 0.0)).html()
     found = judged(first, *lost)
     assert found.collisions["verdict"].tolist() == [UNKNOWN, UNKNOWN]
     assert "  collision 1: starts at 0.5 s: no verdict" in lines(Predictability("given", (found,), 0.0))

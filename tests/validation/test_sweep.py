@@ -16,6 +16,7 @@ import pytest
 
 from oblique_impact import InputError, simulate
 from oblique_impact.validation import sweep
+from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.design import MAX_RUNS, load_plan, make_plan, shipped_sweeps
 from oblique_impact.validation.studies.maps import sweep_pictures
 from oblique_impact.validation.studies.study import REGIMES, failed
@@ -186,7 +187,7 @@ def test_a_sweep_is_a_table_of_plain_runs(tmp_path, cli):
     (warning,) = history.summary["warnings"]
     assert frame["warnings"][7] == warning
     assert f"warning of 9 of 12 runs, the first run 4: {warning}" in said
-    assert warning in html.unescape((out / "report.html").read_text())
+    assert readable(warning) in html.unescape((out / "report.html").read_text())
     # the resolved file in the folder is the same sweep: nothing is left to do
     code, said, _ = cli("sweep", out / "sweep.toml", "--workers", 1, "--out", out)
     assert "9 of them were there before" in said
@@ -248,12 +249,12 @@ TWO_AXES = 'quantities = ["impulse"]\n' + axis("slope.angle", "range = [0.1, 0.9
         (
             TWO_AXES + axis("gravity", "values = [1, 2]"),
             1,
-            ["acceleration of gravity = 1 m/s²", "from the horizontal (rad)", "run stopped before its end"],
+            ["acceleration of gravity = 1 m/s²", "the horizontal (rad)", "run stopped before its end"],
         ),
         (
             TWO_AXES + axis("gravity", 'range = [1, 100]\ncount = 7\nspacing = "log"'),
             2,
-            ["acceleration of gravity (m/s²)", "first macro-collision (N s)", "no such value", "reversal"],
+            ["acceleration of gravity (m/s²)", "macro-collision (N s)", "no such value", "reversal"],
         ),
         (
             SAMPLE.format(name="sobol", samples=4, seed=1),

@@ -40,7 +40,7 @@ def test_files_console_and_page_hold_the_same_rows(tmp_path, cli):
     assert (
         number == page.count('<p class="note">Reference: ') == len(select(("frequencies", "small-systems.belt")))
     )
-    assert 'class="count">1 check, 6 measurements: all pass' in page
+    assert 'class="count">1 check, 6 measurements<' in page
 
 
 def test_the_command_of_a_report_can_be_typed_again(tmp_path, cli, monkeypatch):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 
@@ -31,7 +31,7 @@ ROUNDING = 1e-13
 _MODULES = (
     *("equations", "frequencies", "spinning", "spin_up", "statics", "rigid_limit", "small_systems", "kinematics"),
     *("springs", "pegs", "beddings", "rigid_impact", "rods", "damped_stop", "balances", "discretizations"),
-    *("kinetics", "frames", "orders", "exact_geometry", "absolute", "shaken_base"),
+    *("kinetics", "frames", "orders", "exact_geometry", "absolute", "shaken_base", "periodic"),
 )
 
 
@@ -92,7 +92,7 @@ class Check:
     group: Group
     problem: str
     seconds: float
-    function: Callable[[], Finding]
+    function: Callable[[], Finding] = field(repr=False)
 
     @property
     def mark(self) -> str:

@@ -97,9 +97,14 @@ def listed(words: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
+def shown_unit(unit: str) -> str:
+    """Return a unit for reading: none, "", of what has no dimension, unit "1"."""
+    return "" if unit == "1" else unit
+
+
 def with_unit(name: str, unit: str) -> str:
-    """Return the label of an axis or a column; what has no dimension, unit "1", has none."""
-    return name if unit in ("", "1") else f"{name} ({unit})"
+    """Return the label of an axis or a column."""
+    return f"{name} ({unit})" if shown_unit(unit) else name
 
 
 @dataclass(frozen=True)

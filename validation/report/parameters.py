@@ -9,7 +9,7 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import label_of, schema_of
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.scenario.units import Unit
-from oblique_impact.validation.report import Block, Cell, Section, Table, Text, number
+from oblique_impact.validation.report import Block, Cell, Section, Table, Text, number, shown_unit
 
 #: value of a key that a scenario does not have, as of an obstacle
 NOT_GIVEN = "not given"
@@ -45,7 +45,7 @@ def _values(scenarios: Mapping[str, Scenario | None]) -> dict[str, tuple[Any, ..
 
 
 def _row(key: str, values: tuple[Any, ...]) -> list[Any]:
-    unit = Unit((schema_of(key) or {}).get("unit", "")).shown.removeprefix("1")
+    unit = shown_unit(Unit((schema_of(key) or {}).get("unit", "")).shown)
     return [label_of(key), Cell(key, "code"), unit, *map(_cell, values)]
 
 

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -42,7 +42,7 @@ def _defaults() -> dict[str, Any]:
     return flat_keys(Scenario().model_dump())
 
 
-def _check_keys(keys: Iterable[str], where: str) -> None:
+def check_keys(keys: Iterable[str], where: str) -> None:
     """Raise InputError for the first that is no key of a scenario."""
     for key in keys:
         if schema_of(key) is None:
@@ -52,7 +52,7 @@ def _check_keys(keys: Iterable[str], where: str) -> None:
             raise refused(where, key, f"not a key of a scenario; {words}")
 
 
-def _si(key: str, value: Any) -> Any:
+def si_value(key: str, value: Any) -> Any:
     """Return a value whose texts with a unit are numbers in SI units; raises InputError."""
     unit = (schema_of(key) or {}).get("unit", "1")
     try:
@@ -79,7 +79,7 @@ class AxisSection(Section):
     def _check(self) -> Self:
         if (self.key is None) == (self.keys is None):
             raise InputError("key: takes key, or keys that have the same value; exactly one of them")
-        _check_keys(self.names, "key" if self.keys is None else "keys")
+        check_keys(self.names, "key" if self.keys is None else "keys")
         if (self.values is None) == (self.range is None):
             both = "not both" if self.range is not None else "one of them is needed"
             raise InputError(f"values: takes values, or range; {both}")
@@ -121,7 +121,7 @@ class AxisSection(Section):
         given = self.range or ()
         if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
             raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
-        start, stop = (_si(self.names[0], end) for end in given)
+        start, stop = (si_value(self.names[0], end) for end in given)
         if not all(type(end) in (int, float) and abs(end) <= 1e30 for end in (start, stop)):
             raise refused("range", list(given), "should be two finite numbers, or texts with a unit")
         if start == stop:
@@ -133,7 +133,7 @@ class AxisSection(Section):
     def rows(self) -> list[tuple[Any, ...]]:
         """Return its values, a row each; raises InputError."""
         if self.range is None:
-            return [(_si(self.names[0], value),) for value in self.values or ()]
+            return [(si_value(self.names[0], value),) for value in self.values or ()]
         spread = np.geomspace if self.spacing == "log" else np.linspace
         values = spread(*self.ends(), self.count or 2).tolist()
         for value in values if self.whole else ():
@@ -180,7 +180,7 @@ class TableSection(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _check_keys(self.keys, "keys")
+        check_keys(self.keys, "keys")
         for number, row in enumerate(self.rows):
             if len(row) != len(self.keys):
                 raise refused(f"rows.{number}", row, f"should have one value a key, {len(self.keys)}")
@@ -204,7 +204,7 @@ class SweepFile(Section):
     @model_validator(mode="after")
     def _check(self) -> Self:
         """Refuse too many runs, or none, before they are made."""
-        _check_keys(flat_keys(self.changes), "changes")
+        check_keys(flat_keys(self.changes), "changes")
         if self.sobol and self.sobol.samples & (self.sobol.samples - 1):
             raise InputError(f"sobol.samples = {self.sobol.samples}: should be a power of 2")
         for number, axis in enumerate(self.axes or ()):
@@ -227,7 +227,7 @@ class SweepFile(Section):
         found = [([axis], axis.rows()) for axis in self.axes or ()]
         if self.table:
             columns = zip(self.table.keys, zip(*self.table.rows, strict=True), strict=True)
-            rows = [tuple(map(_si, self.table.keys, row)) for row in self.table.rows]
+            rows = [tuple(map(si_value, self.table.keys, row)) for row in self.table.rows]
             found.append(([AxisSection(key=key, values=list(values)) for key, values in columns], rows))
         for cube, sampler in ((self.latin_hypercube, qmc.LatinHypercube), (self.sobol, qmc.Sobol)):
             if cube:
@@ -248,7 +248,7 @@ class Plan:
     #: what changes from run to run
     directions: tuple[AxisSection, ...]
     #: all combinations, the last block changing fastest; "run" counts them from 1
-    runs: tuple[Run, ...]
+    runs: tuple[Run, ...] = field(repr=False)
 
     @property
     def grid(self) -> bool:

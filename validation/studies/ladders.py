@@ -12,7 +12,7 @@ import pandas as pd
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.report import rounded
+from oblique_impact.validation.report import rounded, shown_unit
 from oblique_impact.validation.studies.convergence import (
     CONVERGED,
     CONVERGING,
@@ -188,7 +188,7 @@ class QuantityResult:
     @property
     def finest(self) -> str:
         """The finest value in the digits of its uncertainty, with that and the unit, or why there is none."""
-        a, unit = self.analysis, self.quantity.unit.removeprefix("1")
+        a, unit = self.analysis, shown_unit(self.quantity.unit)
         value, digits = rounded(self.values[-1], a.uncertainty)
         known = f" +- {a.uncertainty:.2g}" if a.verdict in (CONVERGED, CONVERGING) else ""
         return self.gaps[-1] or f"{value:.{digits}g}{known} {unit}".strip()

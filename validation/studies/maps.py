@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
-from oblique_impact.validation.report import Block, Picture, number, picture, with_unit
+from oblique_impact.validation.report import Block, Picture, number, picture, shown_unit, with_unit
 from oblique_impact.validation.studies.design import AxisSection, Plan
 from oblique_impact.validation.studies.quantities import Quantity
 from oblique_impact.validation.studies.study import REGIMES
@@ -52,7 +52,7 @@ class _Axis:
         """Return a value as text, with its unit."""
         if self.words:
             return self.words[round(place)]
-        return f"{number(float(place), 4)} {self.direction.unit.removeprefix('1')}".strip()
+        return f"{number(float(place), 4)} {shown_unit(self.direction.unit)}".strip()
 
     @property
     def edges(self) -> np.ndarray:

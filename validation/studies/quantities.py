@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.integrate import simpson
 
 from oblique_impact.beam.convergence import convergence_warnings
@@ -37,7 +38,7 @@ class Quantity:
     unit: str
     meaning: str
     #: takes a History, returns the number, raises GapError
-    measure: Callable[[History], float]
+    measure: Callable[[History], float] = field(repr=False)
 
 
 #: variables over time that `VARIABLE@TIME` knows: unit and meaning
@@ -81,9 +82,27 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     )
 
 
-def named_quantities() -> list[Quantity]:
-    """Return the quantities that have a name of their own; `quantity` makes others from variables."""
-    return list(_NAMED.values())
+def quantity_table() -> pd.DataFrame:
+    """Return the quantities that a study can be asked for, a row each: name, unit, meaning.
+
+    VARIABLE is a variable of a history over time or `energy`, for `max:` and `min:` also one of the section forces
+    along the beam; TIME and SECONDS are in s, N counts from 1.
+
+    Examples
+    --------
+    >>> quantity_table().loc["impulse", "unit"]
+    'N s'
+    """
+    rows = [(found.name, found.unit, found.meaning) for found in _NAMED.values()]
+    rows += [(f"{name}:N", unit, text.format("N")) for name, (unit, text, _) in _NUMBERED.items()]
+    rows += [
+        ("VARIABLE@TIME", "of the variable", "a variable at a time"),
+        ("VARIABLE@end", "of the variable", "a variable at the end"),
+        ("max:VARIABLE", "of the variable", "largest value among the samples"),
+        ("min:VARIABLE", "of the variable", "least value among the samples"),
+        ("lost_after:SECONDS", "J", "energy that the beam has lost so long after the first touch-down"),
+    ]
+    return pd.DataFrame(rows, columns=["quantity", "unit", "meaning"]).set_index("quantity")
 
 
 def default_quantities(scenario: Scenario) -> tuple[str, ...]:
@@ -95,8 +114,6 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
     return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
 
 
-#: decided before the contact begins, or the error of the balance, which goes to zero
-_DETERMINED = ("first_impact", "start:1", "event:1", "unaccounted")
 _FORCES = ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau")
 
 
@@ -112,7 +129,7 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     if "start" in limits or _damping_unresolved(history):
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
-        return {name: why for name in names if not _decided_before(name, history, touch_down)}
+        return {name: why for name in names if decided_at(name, history) > touch_down}
     if "peak_force" in limits:
         return {
             name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
@@ -128,16 +145,30 @@ def _damping_unresolved(history: History) -> bool:
     return bool(convergence_warnings(beam_of(history.scenario), [m["contacts"] for m in history.macro_collisions]))
 
 
-def _decided_before(name: str, history: History, touch_down: float) -> bool:
-    """Whether a quantity is decided at the first touch-down (s)."""
-    variable, at, moment = name.partition("@")
+def decided_at(name: str, history: History) -> float:
+    """Time (s) at which the value of a quantity in a run is decided; infinite if the rest of the run has a say."""
+    _, at, moment = name.partition("@")
     if at:
-        return moment != "end" and float(moment) <= touch_down
-    extreme, _, variable = name.partition(":")
-    if extreme in ("max", "min"):
-        values, before = _values(history, variable), history["time"].values <= touch_down
-        return _extreme(extreme, values[before]) == _extreme(extreme, values)
-    return name in _DETERMINED
+        return math.inf if moment == "end" else float(moment)
+    kind, _, part = name.partition(":")
+    if kind in ("max", "min"):
+        values = _values(history, part)
+        where = np.argwhere(values == _extreme(kind, values))  # none among samples without section forces
+        return float(history["time"].values[where[0, 0]]) if len(where) else math.inf
+    if name == "unaccounted":  # the error of the balance, which goes to zero
+        return -math.inf
+    meaning = quantity(name).meaning
+    first, second = name == "first_impact" or _FIRST in meaning, _SECOND in meaning
+    number = int(part) if kind in _NUMBERED else 1 if first else 2 if second else 0
+    try:
+        if kind == "event":
+            return _event_time(history, number - 1)
+        if kind in ("start", "first_impact", "second_impact"):
+            return _start(history, number - 1)
+        # behind the jump of an impact that is a collision by itself
+        return math.nextafter(_collision(history, number - 1)["end"], math.inf) if number else math.inf
+    except GapError:
+        return math.inf
 
 
 def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:

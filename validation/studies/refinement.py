@@ -31,6 +31,7 @@ from oblique_impact.validation.report import (
     cell,
     number,
     picture,
+    shown_unit,
     with_unit,
 )
 from oblique_impact.validation.report.parameters import differing, parameters
@@ -307,7 +308,7 @@ def report(result: StudyResult) -> Report:
             finest, limit = (Cell(a.shown(value), "number") for value in (item.values[-1], a.limit))
             # what has no limit over modes has converged at one number of them only
             kind = "partly" if a.verdict == CONVERGED and item.without_limit else VERDICTS[a.verdict]
-            unit, uncertainty = q.unit.removeprefix("1"), cell(a.uncertainty, 2)
+            unit, uncertainty = shown_unit(q.unit), cell(a.uncertainty, 2)
             row = [part.ladder.name, q.meaning, finest, limit, uncertainty, unit, Cell(a.words, kind), a.reason]
             rows.append(row)
     columns = ["refined", "quantity", "finest value", "limit", "uncertainty", "unit", "verdict", "because"]
@@ -359,10 +360,9 @@ def _level_table(result: LadderResult, item: QuantityResult) -> Table:
         value = Cell(gap, "dim") if gap else Cell(a.shown(row.value), "number")
         rows.append([level, value, cell(row.difference, 3), *found])
     declared = f", declared order {item.declared:g}" if item.declared else ""
-    shown_unit = unit.removeprefix("1")
     caption = (
         f"{_label(item)}{declared}. Verdict: {a.words} ({a.reason}); uncertainty {number(a.uncertainty, 2)} "
-        f"{shown_unit}, noise {number(a.noise, 2)} {shown_unit}"
+        f"{shown_unit(unit)}, noise {number(a.noise, 2)} {shown_unit(unit)}"
     )
     units = {"value": unit, "difference": unit, "observed order": "1", "Richardson limit": unit, "GCI": unit}
     return Table([with_unit(*pair) for pair in ({axis.label: axis.unit} | units).items()], rows, caption)

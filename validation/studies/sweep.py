@@ -15,7 +15,7 @@ from oblique_impact.files import write_text
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell
+from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell, shown_unit
 from oblique_impact.validation.report.parameters import parameters
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
@@ -220,14 +220,14 @@ def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
         values = frame[direction.names[0]]
         numeric = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
         ends = (values.min(), values.max()) if numeric else (str(values.iloc[0]), str(values.iloc[-1]))
-        unit = direction.unit.removeprefix("1")
+        unit = shown_unit(direction.unit)
         directions.append([direction.words, Cell(direction.label, "code"), unit, int(values.nunique()), *ends])
     undetermined = pd.Series([name for lines in frame["undetermined"] for name in reasons(lines)]).value_counts()
     quantities = [
         [
             q.meaning,
             Cell(q.name, "code"),
-            q.unit.removeprefix("1"),
+            shown_unit(q.unit),
             *(cell(value, 4) for value in (values.min(), values.max())),
             int(values.isna().sum()),
             int(undetermined.get(q.name, 0)),
