@@ -202,7 +202,7 @@ def _draw_energy(axes: Axes, histories: dict[str, History], theme: Theme) -> Non
     axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
     if axes.dataLim.ymin >= 0.0:
         axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, fontsize=7.5, columnspacing=1.2)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=7.5, columnspacing=1.2)
 
 
 def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -> None:

@@ -15,6 +15,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
+from oblique_impact.history.summary import ROUNDING
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
 from oblique_impact.validation.report import (
@@ -499,8 +500,14 @@ def _runs(histories: Sequence[History], names: Sequence[str]) -> Table:
     rows: list[list[Any]] = [["outcome", "", *(Cell(one["outcome"], "number") for one in found)]]
     rows += [["end of the run", "s", *(cell(one["stopped_at"]) for one in found)]]
     for q in map(quantity, asked):
-        rows.append([q.meaning, shown_unit(q.unit), *(cell(one[q.name], 5) for one in found)])
+        values = [_clear(one[q.name], q.unit, one["energy"]) for one in found]
+        rows.append([q.meaning, shown_unit(q.unit), *(cell(value, 5) for value in values)])
     return Table(["quantity", "unit", *names], rows, "The runs.", wide=(0,))
+
+
+def _clear(value: float, unit: str, energy: float) -> float:
+    """Return a value without what is rounding beside the energy (J) of its run."""
+    return 0.0 if unit == "J" and abs(value) < ROUNDING * energy else value
 
 
 def _sections_of(found: Comparison) -> list[Section]:
@@ -538,16 +545,12 @@ def _sections_of(found: Comparison) -> list[Section]:
     ]
     columns = ["event", "state after it", f"{left}: time (s)", f"{right}: time (s)", "difference (s)"]
     columns += [f"{left}: normal impulse (N s)", f"{right}: normal impulse (N s)"]
-    measures = [
-        [
-            name,
-            shown_unit(row["unit"]),
-            cell(row["left"], 6),
-            cell(row["right"], 6),
-            cell(row["difference"], 2),
-        ]
-        for name, row in found.measures.iterrows()
-    ]
+    energy = max(abs(history.balance[key]) for history in found.histories for key in ("initial", "final"))
+    measures = []
+    for name, row in found.measures.iterrows():
+        values = [_clear(row[column], row["unit"], energy) for column in ("left", "right", "difference")]
+        cells = [cell(value, digits) for value, digits in zip(values, (6, 6, 2), strict=True)]
+        measures.append([name, shown_unit(row["unit"]), *cells])
     heading = ["quantity", "symbol", "unit", "range", "rms", "largest", "at (s)"]
     heading += ["rms, aligned", "largest, aligned", "at (s)"]
     tables = [

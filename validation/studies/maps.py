@@ -156,14 +156,14 @@ def _regimes(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Pi
     regimes = frame["regime"].replace("", "failed").tolist()
     present = {name: colour for name, colour in _COLOURS.items() if name in regimes}
     index = np.array([list(present).index(regime) for regime in regimes], dtype=float)
-    counts = ", ".join(f"{regimes.count(name)} {name}" for name in present)
+    counts = ", ".join(f"{regimes.count(name)} {_title(name)}" for name in present)
     over = f"{first.direction.words} and {second.direction.words}"
     with picture(f"What the first macro-collision is over {over}. Runs: {counts}.", 7.1, 4.0) as drawn:
         axes = drawn.figure.add_subplot()
         palette, norm = ListedColormap(list(present.values())), Normalize(-0.5, len(present) - 0.5)
         _cells(axes, plan, first, second, index, palette, norm)
         axes.set_title("First macro-collision")
-        handles = [Patch(facecolor=colour, edgecolor=GREY, label=name) for name, colour in present.items()]
+        handles = [Patch(facecolor=colour, edgecolor=GREY, label=_title(name)) for name, colour in present.items()]
         drawn.figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return drawn
 
@@ -190,6 +190,10 @@ def _cells(
     table = table.pivot(index="y", columns="x", values="value")
     cells = np.ma.masked_invalid(table.to_numpy())
     return axes.pcolormesh(first.edges, second.edges, cells, rasterized=len(values) > _MARKED_CELLS, **colours)
+
+
+def _title(regime: str) -> str:
+    return "Painlevé" if regime == "painleve" else regime
 
 
 def _wrapped(label: str) -> str:

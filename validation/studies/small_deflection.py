@@ -324,7 +324,7 @@ def lines(result: SmallDeflection) -> list[str]:
 TITLES = {
     "held": "Held root, bent by the weight",
     "hub": "Heavy hub, bent by a torque",
-    "light hub": "Hub of a twentieth of the beam's inertia",
+    "light hub": "Hub of 1/20 of the beam's inertia",
     "pendulum": "Pinned beam that falls and turns",
     "stop": "Held root, pushed on an elastic stop",
 }
@@ -376,7 +376,9 @@ def report(result: SmallDeflection) -> Report:
         overview=[drawn, Text(_NOTE, note=True)],
         sections=[
             *(
-                Section(TITLES[problem], [Table.of_frame(frame, digits=3, columns=_COLUMNS)])
+                Section(
+                    TITLES[problem], [Table.of_frame(frame, f"{TITLES[problem]}.", digits=3, columns=_COLUMNS)]
+                )
                 for problem, frame in result.points.groupby("problem", sort=False)
             ),
             Section("Cases", [differing(cases)]),

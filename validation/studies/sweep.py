@@ -180,11 +180,11 @@ def report(result: SweepResult) -> Report:
     """Return the report of a finished sweep.  The numbers are in the table."""
     plan, frame, unfinished = result.plan, result.frame, result.unfinished
     outcomes = frame[["outcome", "regime"]].value_counts().rename("runs").reset_index()
-    outcomes = outcomes.rename(columns={"regime": "first macro-collision"})
+    outcomes = outcomes.rename(columns={"regime": "first macro-collision"}).replace("painleve", "Painlevé")
     warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "first run", "warning"])
     stopped = unfinished.head(_LISTED)[["run", "outcome", "stopped_at", "message"]]
-    more = f"The first {_LISTED} of {len(unfinished)}." if len(unfinished) > _LISTED else ""
-    headings = {"run": "run", "outcome": "outcome", "stopped_at": "stopped at (s)", "message": "reason"}
+    more = f"The first {len(stopped)} of {len(unfinished)} runs."
+    headings = {"run": "run", "outcome": "outcome", "stopped_at": "stopped at", "message": "reason"}
     none = [Text("Pictures are drawn for sweeps with one or two directions.", note=True)]
     name = Path(plan.file.scenario).name
     return Report(
