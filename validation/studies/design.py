@@ -6,8 +6,8 @@ import itertools
 import json
 import math
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -25,10 +25,13 @@ from oblique_impact.scenario.schema import label_of, schema_of
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
+from oblique_impact.validation.studies.periodic import PeriodicSection, require_periodic
 from oblique_impact.validation.studies.quantities import Quantity, default_quantities, quantity
 from oblique_impact.validation.studies.study import Run
 
 MAX_RUNS = 100_000
+#: what a sweep of periodic responses is asked for if the user names nothing
+RESPONSE = ("period", "impacts_per_period", "max:bending_stress")
 
 #: two numbers, or texts with a unit
 Range = Annotated[tuple[Any, Any], Field(strict=False)]
@@ -40,6 +43,11 @@ Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
 def _defaults() -> dict[str, Any]:
     """Return the default values of all keys of a scenario, "section.key" or "key"."""
     return flat_keys(Scenario().model_dump())
+
+
+def _default(key: str) -> Any:
+    """Return the default value of a key, of an obstacle too."""
+    return (schema_of(key) or {})["default"]
 
 
 def check_keys(keys: Iterable[str], where: str) -> None:
@@ -114,16 +122,24 @@ class AxisSection(Section):
     @property
     def whole(self) -> bool:
         """Whether the values are whole numbers."""
-        return type(_defaults()[self.names[0]]) is int
+        return type(_default(self.names[0])) is int
 
-    def ends(self) -> tuple[float, float]:
-        """Return the two ends of the range in SI units; raises InputError."""
+    def ends(self) -> tuple[Any, Any]:
+        """Return the two ends of the range in SI units, numbers or places [x, y]; raises InputError."""
         given = self.range or ()
-        if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
-            raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
+        kinds = {type(_default(key)) for key in self.names}
+        place = kinds == {list} and all(len(_default(key)) == 2 for key in self.names)
+        if kinds not in ({float}, {int}) and not (place and self.count and self.spacing != "log"):
+            words = "is for keys that are all floats or all integers, linear ones with a count for places too"
+            raise refused("range", list(given), f"{words}; use values")
         start, stop = (si_value(self.names[0], end) for end in given)
-        if not all(type(end) in (int, float) and abs(end) <= 1e30 for end in (start, stop)):
-            raise refused("range", list(given), "should be two finite numbers, or texts with a unit")
+        numbers = [*start, *stop] if place and type(start) is type(stop) is list else [start, stop]
+        if (
+            not all(type(end) in (int, float) and abs(end) <= 1e30 for end in numbers)
+            or len(numbers) != 2 + 2 * place
+        ):
+            wanted = "places [x, y]" if place else "finite numbers, or texts with a unit"
+            raise refused("range", list(given), f"should be two {wanted}")
         if start == stop:
             raise refused("range", list(given), "the two ends should differ")
         if self.spacing == "log" and not (start > 0.0 and stop > 0.0):
@@ -197,6 +213,7 @@ class SweepFile(Section):
     quantities: Annotated[list[str], Field(min_length=1)] | None = None
     histories: bool = False
     axes: Annotated[list[AxisSection], Field(min_length=1)] | None = None
+    periodic: PeriodicSection | None = None
     table: TableSection | None = None
     latin_hypercube: HypercubeSection | None = None
     sobol: HypercubeSection | None = None
@@ -215,6 +232,9 @@ class SweepFile(Section):
         sizes = [axis.count or len(axis.values or ()) for axis in self.axes or ()]
         sizes += [len(self.table.rows)] if self.table else []
         sizes += [cube.samples for cube in (self.latin_hypercube, self.sobol) if cube]
+        if self.periodic and (len(sizes) != len(self.axes or ()) or not sizes):
+            raise InputError("periodic: takes [[axes]] alone; steady states are continued along the last of them")
+        sizes += [len(self.periodic.directions)] if self.periodic else []
         if not sizes:
             raise InputError("nothing to sweep over; give [[axes]], [table], [latin_hypercube] or [sobol]")
         if math.prod(sizes) > MAX_RUNS:
@@ -321,6 +341,8 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
             found = base.replace(**changed)
+            if file.periodic:
+                require_periodic(found)
         except InputError as error:
             made.append((values, None, str(error)))
         else:
@@ -329,7 +351,8 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     possible = [scenario for _, scenario, _ in made if scenario]
     if not possible:
         raise InputError(made[0][2] + (" (and no other run is possible)" if len(made) > 1 else ""))
-    wanted = tuple(dict.fromkeys(file.quantities or default_quantities(possible[0])))
+    default = RESPONSE if file.periodic else default_quantities(possible[0])
+    wanted = tuple(dict.fromkeys(file.quantities or default))
     longest = max(scenario.end_time for scenario in possible)
     try:
         for name in wanted:
@@ -341,7 +364,22 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     for number, (values, scenario, fault) in enumerate(made, start=1):
         labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
         runs.append(Run({"run": number, **labels}, scenario, wanted, fault))
+    if file.periodic:
+        runs = _continued(runs, len(blocks[-1][1]), file.periodic)
     return Plan(file, base, changes, directions, tuple(runs))
+
+
+def _continued(runs: Sequence[Run], count: int, periodic: PeriodicSection) -> list[Run]:
+    """Return the runs up and down the last axis, which has `count` values, each going on from the one before."""
+    found = list[Run]()
+    for first in range(0, len(runs), count):
+        for direction in periodic.directions:
+            branch = runs[first : first + count]
+            for number, run in enumerate(branch if direction == "up" else branch[::-1]):
+                labels = {**run.labels, "run": len(found) + 1, "direction": direction}
+                after = len(found) - 1 if number else None
+                found.append(replace(run, labels=labels, periodic=periodic, after=after))
+    return found
 
 
 def _entry(key: str, value: Any, as_json: bool) -> Any:
@@ -349,4 +387,4 @@ def _entry(key: str, value: Any, as_json: bool) -> Any:
     if as_json:
         return json.dumps(value)
     # a text that no scenario takes is no number
-    return math.nan if isinstance(value, str) and not isinstance(_defaults()[key], str) else value
+    return math.nan if isinstance(value, str) and not isinstance(_default(key), str) else value

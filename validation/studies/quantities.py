@@ -315,6 +315,18 @@ def _model_error(history: History) -> float:
     return deflection_error(scenario, motion)
 
 
+def _of_period(key: str) -> Callable[[History], float]:
+    """Return what measures an entry of the periodic response, see `validation.studies.periodic`."""
+
+    def measure(history: History) -> float:
+        _require_completed(history)
+        if "periodic" not in history.summary:
+            raise GapError("only of a periodic response")
+        return float(history.summary["periodic"][key])
+
+    return measure
+
+
 def _event_time(history: History, number: int) -> float:
     if len(history.events) <= number:
         raise GapError(f"has {len(history.events)} events")
@@ -384,6 +396,18 @@ _TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
     "lost_scheme": ("J", "energy the scheme takes", _ledger("lost_scheme")),
     "unaccounted": ("J", "energy the ledger cannot explain", _ledger("unaccounted")),
     "energy_lost": ("J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
+    "supplied": ("J", "work of the base, of drives and torques", _ledger("supplied")),
+    "period": (
+        "1",
+        "period of the response in periods of the base, 0 if it does not repeat",
+        _of_period("period"),
+    ),
+    "transient": ("1", "periods of the base until then", _of_period("transient")),
+    "impacts_per_period": (
+        "1",
+        "contacts that begin in the periodic response, per period of the base",
+        _of_period("impacts_per_period"),
+    ),
     "events": ("1", "transitions of the whole run", lambda history: float(len(history.events))),
     "model_error": ("1", _MODEL_ERROR, _model_error),
 }
