@@ -49,7 +49,7 @@ lint: install
 
 docs: install
 	@echo "the documentation: 2 to 6 minutes"
-	$(BIN)/python -m sphinx -b html -W --keep-going -n -q docs docs/_build/html
+	$(BIN)/python -m sphinx -b html -W --keep-going -n docs docs/_build/html
 	@echo "documentation: docs/_build/html/index.html"
 
 # the pictures of the pages that are kept with them
@@ -74,4 +74,4 @@ bench: install
 	$(BIN)/python benchmarks/films.py
 
 clean:
-	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png examples/*.svg examples/*.gif *.egg-info
+	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png examples/*.svg examples/measured/*.svg examples/*.gif *.egg-info

@@ -72,7 +72,7 @@ numpydoc_xref_param_type = False
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    "ignore_pattern": "paper_demo",
+    "ignore_pattern": "paper_demo|explore",
     "run_stale_examples": True,
     "abort_on_example_error": True,
     "within_subsection_order": "gallery.place",
@@ -96,6 +96,7 @@ html_title = "oblique-impact"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_js_files = ["site.js"]
+html_search_scorer = str(HERE / "search.js")  # else sought where the build is started
 html_copy_source = False
 html_show_sourcelink = False
 html_last_updated_fmt = None

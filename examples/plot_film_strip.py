@@ -1,6 +1,6 @@
 """
-A strip of the first macro-collision
-====================================
+A strip of the first contacts
+=============================
 
 The beam before, during and after its first contacts, coloured by bending stress. Without given times the
 strip chooses them by the events. The same from the command line:

@@ -2,8 +2,8 @@
 A rigid stop as modes are added
 ===============================
 
-The velocity of the tip's effective mass jumps at a rigid stop, and this mass shrinks with every mode. This is its
-effect on the first macro-collision of the paper's beam, without friction.
+The velocity of the tip's effective mass jumps at a rigid stop, and this mass shrinks with every mode. The first
+macro-collision (a group of contacts in quick succession) of the paper's beam, without friction, shows the effect.
 """
 
 from matplotlib.figure import Figure

@@ -67,7 +67,7 @@ def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
 
 
 def save_whole(path: Path, write: Callable[[Path], Any]) -> Path:
-    """Let `write` fill a file, whole or not at all, in a folder that is created; returns the file.
+    """Write a file by `write`, whole or not at all, in a folder that is created; returns the file.
 
     Raises InputError if it cannot be written.
     """

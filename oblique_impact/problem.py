@@ -15,7 +15,7 @@ from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
-from oblique_impact.contact.axial import AxialFlexibility
+from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.simultaneous import ContactMachines
@@ -132,7 +132,7 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     anywhere, massless = s.contact.where == "anywhere", s.contact.point_inertia == "none"
     yields = massless and anywhere and s.contact.enabled and not s.is_nodal and beam.contact_places
     yielding = beam.yielding() if yields else None
-    left_out = beam.residual_compliance > 0.0 if yielding is None else yielding.flexibility.any()
+    left_out = beam.residual_compliance > 0.0 if yielding is None else yielding.matrix.any()
     if massless and not left_out and not (anywhere and s.is_nodal):
         raise refused(
             "contact.point_inertia",
@@ -142,12 +142,18 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     multi_contact, axial = None, beam.axial_flexibility
     if anywhere and s.contact.enabled and beam.contact_places:
         multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts, axial)
-        multi_contact = multi_contact._replace(yielding=yielding)
+        multi_contact = multi_contact._replace(flexibility=yielding or axial)
     if multi_contact:
         machine = multi_contact.machines.machines[0]
     else:
         machine = contact_machine(
-            s, scheme, tolerances, parts, s.contact.stiffness, s.slope.extent, axial=axial.of(0) if axial else None
+            s,
+            scheme,
+            tolerances,
+            parts,
+            s.contact.stiffness,
+            s.slope.extent,
+            axial=axial.behind(0) if axial else None,
         )
     return Problem(
         beam.model,
@@ -174,7 +180,7 @@ def contacts_at(
     scheme: Scheme,
     tolerances: Tolerances,
     parts: Parts = Parts(),
-    axial: AxialFlexibility | None = None,
+    axial: Flexibility | None = None,
 ) -> MultiContact:
     """Return places that can touch, at least one, with their transition tables; `size` coordinates are marched.
 
@@ -190,7 +196,7 @@ def contacts_at(
             place.extent,
             not place.on_side,
             place.cell,
-            axial.of(i) if axial else None,
+            axial.behind(i) if axial else None,
         )
         for i, place in enumerate(places)
     ]
@@ -199,7 +205,6 @@ def contacts_at(
         tuple(place.obstacle for place in places),
         tuple(place.on_side for place in places),
         tuple(place.numbers[0] for place in places),
-        axial=axial,
     )
 
 
@@ -243,13 +248,13 @@ def contact_machine(
     extent: tuple[float, ...],
     rolls: bool = False,
     cell: float = 0.0,
-    axial: Callable[[float], float] | None = None,
+    axial: Callable[[float], tuple[float, float]] | None = None,
 ) -> ContactMachine:
     """Return the transition table of one contact of a scenario.
 
     `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
     has no ends; a point of an obstacle `rolls` on the beam where it sticks; a `cell` (m) bears on a bedding;
-    `axial` is the flexibility (m/N) behind the friction of a contact that begins at a slip (m).
+    for `axial` see `ContactMachine`.
     """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(

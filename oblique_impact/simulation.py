@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -51,6 +52,7 @@ def simulate(
     base_motion: BaseMotion | None = None,
     scheme: Scheme | None = None,
     discretization: Discretization | None = None,
+    initial_state: tuple[Array, Array] | None = None,
 ) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
@@ -63,6 +65,10 @@ def simulate(
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.problem.Parts`.
+    initial_state : pair of ndarray, shape (coordinate,), optional
+        Coordinates and their rates at t = 0, in the place of the undeformed beam of the section `initial`: those
+        of a history of the same beam, as ``(history["q"][-1], history["qd"][-1])``.  A driven root has the speed
+        of its motion; contact begins anew, so that one that sticks holds where it now is.
 
     Returns
     -------
@@ -72,7 +78,8 @@ def simulate(
     Raises
     ------
     InputError
-        If this is no scenario, or a user-defined part does not fit it or returns arrays of the wrong kind.
+        If this is no scenario, a user-defined part does not fit it or returns arrays of the wrong kind, or an
+        initial state has the wrong shape or is for the exact beam, which takes none.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -88,10 +95,16 @@ def simulate(
     if scenario.is_absolute:
         from oblique_impact.fem_beam.exact import simulate as simulate_exact  # which is built on this package
 
+        if initial_state is not None:
+            raise InputError('initial_state: only with discretization.method = "modal" or "fem"')
         history = simulate_exact(scenario, on_progress, motion=base_motion)
     else:
         beam = beam_of(scenario, parts)
-        record, wall = _march(beam_problem(beam, parts), on_progress)
+        problem = beam_problem(beam, parts)
+        if initial_state is not None:
+            q0, qd0 = beam.state_of(*initial_state)
+            problem = replace(problem, q0=q0, qd0=qd0)
+        record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
         variables = beam_variables(beam, samples)
         contacts = [c.contacts for c in macro_collisions(record.contacts, macro_gap(scenario))]
@@ -102,8 +115,11 @@ def simulate(
         ]
         forces = partial(section_forces, beam, samples, variables)
         history = beam_history(scenario, record, samples, variables, forces, wall, warnings)
-    if given := parts.given():
-        history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
+    given: dict[str, Any] = {name: repr(part) for name, part in parts.given().items()}
+    if initial_state is not None:
+        given["initial_state"] = [np.asarray(part).tolist() for part in initial_state]
+    if given:
+        history.summary["provenance"]["user_defined"] = given
     return _unless_interrupted(history)
 
 
@@ -189,7 +205,7 @@ def simulate_system(
         scheme.stick_criterion,
         contact_law,
         extent,
-        axial=(lambda slip: axial_flexibility) if axial_flexibility else None,
+        axial=(lambda slip: (axial_flexibility, 1.0)) if axial_flexibility else None,
     )
     problem = Problem(
         system,

@@ -15,10 +15,14 @@ from oblique_impact.renders.style import GREY, SERIES, figure_style
 from oblique_impact.scenario.scenario import Scenario
 
 _POINTS = 41
+_LINES = 1, 2  # multiples of the spin rate
+_SHOWN = 2  # flapwise frequencies, or as many as these multiples cross
 
 
 def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, out: str | os.PathLike[str]) -> Path:
     """Draw the Campbell diagram of the beam of a scenario, from rest to the largest of `speeds`; returns the file.
+
+    Its axes are linear, up to the second frequency or as far as twice the spin rate reaches.
 
     Parameters
     ----------
@@ -53,13 +57,17 @@ def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, ou
             ("flapwise", found.flapwise, "-", SERIES[0]),
             ("chordwise", found.chordwise, "--", SERIES[1]),
         ):
-            elastic = np.where(table > 0.0, table, np.nan)  # a free root's rigid mode has no place on a log axis
-            lines = axes.semilogy(rates, elastic, color=colour, linestyle=dash)
+            lines = axes.plot(rates, table, color=colour, linestyle=dash)
             lines[0].set_label(name)
-        axes.semilogy(rates[1:], rates[1:], color=GREY, linewidth=0.9, linestyle=":", label="once per revolution")
+        # what the multiples of the spin rate cross: higher frequencies would press it into the lowest part
+        shown = max(_LINES[-1] * top, float(found.flapwise[-1, min(_SHOWN, count) - 1]))
+        for order in _LINES:
+            axes.plot(rates, order * rates, color=GREY, linewidth=0.9, linestyle=":")
+            axes.annotate(f" {order}P", (top, order * top), color=GREY, va="center", annotation_clip=False)
         for speed in marked:
             axes.axvline(speed, color=GREY, linewidth=0.5)
-        title = "Campbell diagram"
-        axes.set(xlabel="spin rate (rad/s)", ylabel="natural frequency (rad/s)", title=title, xlim=(0.0, top))
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
+        title = "Campbell diagram (1P, 2P: once and twice per revolution)"
+        axes.set(xlabel="spin rate (rad/s)", ylabel="natural frequency (rad/s)", title=title)
+        axes.set(xlim=(0.0, top), ylim=(0.0, 1.08 * shown))
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
         return save_figure(figure, Path(out), "campbell.png")

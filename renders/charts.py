@@ -121,6 +121,8 @@ class Chart:
         axes.tick_params(colors=theme.dim, labelsize=sheet.points(_LABEL), length=4.0 * thin)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
+        if len(label) * 0.6 * large > box[3] and label.count(" ") > 1:
+            label = label.split(" ", 1)[1]
         axes.set_ylabel(label.replace("(", f"({prefix}", 1), fontsize=sheet.points(_AXIS))
         axes.yaxis.set_label_coords((1.35 * large - (x0 - box[0])) / (x1 - x0), 0.5)
         axes.set_xlabel(time_label(course), fontsize=sheet.points(_AXIS))
@@ -183,16 +185,31 @@ def round_times(course: TimeMap, most: int) -> tuple[Array, list[str]]:
 # Curves -------------------------------------------------------------------------------------------------------
 
 
+def first_chart(story: Story) -> tuple[str, str, list[Curve]]:
+    """Return title, unit and curves of what moves the beam: contact forces, or its deflection without contact."""
+    if any(geometry.scenario.contact.enabled and geometry.peak_force > 0.0 for geometry in story.geometries):
+        return "normal force" if len(story.geometries) > 1 else "contact force", "N", force_curves(story)
+    deflections = [1e3 * geometry.values("deflection") for geometry in story.geometries]
+    if len(deflections) > 1:
+        return "deflection", "mm", _one_for_each_run(story, deflections)
+    colour = story.style.colours.energies[1]
+    return "deflection", "mm", [Curve(story.geometries[0].times, deflections[0], colour, "of the tip")]
+
+
 def force_curves(story: Story) -> list[Curve]:
-    """Return the normal force of each history; with one history the tangential force too."""
+    """Return the normal force of each history; with one history the tangential force too.
+
+    Of several contacts it is the sum.
+    """
     theme, histories = story.style.colours, story.histories
     normal = [np.nan_to_num(history["lambda_n"].values) for history in histories]
     if len(histories) > 1:
         return _one_for_each_run(story, normal)
     time, tangential = histories[0]["time"].values, np.nan_to_num(histories[0]["lambda_tau"].values)
+    of_all = ", of all contacts" if story.geometries[0].anywhere else ""
     return [
-        Curve(time, normal[0], theme.arrow, "normal"),
-        Curve(time, tangential, theme.arrow, "tangential", "--"),
+        Curve(time, normal[0], theme.arrow, f"normal{of_all}"),
+        Curve(time, tangential, theme.arrow, f"tangential{of_all}", "--"),
     ]
 
 

@@ -18,7 +18,7 @@ from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
-from oblique_impact.renders.timeline import FPS, SECONDS, Timeline, make_timeline
+from oblique_impact.renders.timeline import FPS, Timeline, make_timeline
 from oblique_impact.renders.title import name_of
 
 #: a run, or where it lies
@@ -72,7 +72,7 @@ def render(
         One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
         The suffix decides: .png a still or a strip; .mp4 or .gif a film; .svg or .pdf charts, as
-        :func:`~oblique_impact.renders.overview.overview` draws them; .html a page (of one history).
+        :func:`~oblique_impact.renders.overview.overview` draws them; .html a page.
     style : Style, optional
         Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
         strip 1000 x 250.  A page takes its theme, title, deformation factor and result in
@@ -80,7 +80,7 @@ def render(
         ``Style.of("talk")`` is that of a preset.
     times : sequence of float
         Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
-        or the one of a still (default: that of the largest contact force).
+        or the one of a still (default: that of the largest contact force, without one of the largest deflection).
     event : int, optional
         A still at an event, by its number from 1.
     strip : bool
@@ -90,7 +90,7 @@ def render(
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; chosen if not given.
     seconds : float, optional
-        How long the film of the whole run lasts (s), if neither speed is given; default 20.
+        How long the film lasts (s), if neither speed is given; default: that of the whole run as the style says.
     between : tuple of float, optional
         First and last physical time (s) of a film, which is that part of the film of the whole run.
     frames : int, optional
@@ -135,12 +135,13 @@ def render(
     timeline = None
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
-        if suffix in FILMS and seconds is None:
-            seconds = SECONDS
-        story = story_of(runs, style, called, speed, contact_speed, seconds)
+        long = style.seconds if seconds is None and suffix in FILMS else seconds
+        story = story_of(runs, style, called, speed, contact_speed, long)
         if suffix in FILMS:
             if any(pixels % 2 for pixels in style.size):
                 raise InputError("--size {}x{}: films need even numbers".format(*style.size))
+            if long and not (frames or speed or contact_speed) and (seconds or not between):
+                frames = max(2, round(long * fps))
             timeline = make_timeline(story.time_map, fps, between, frames)
             write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
         elif suffix in CHARTS:
@@ -174,7 +175,7 @@ def _loaded(source: Source) -> History:
 
 
 def _instant(history: History, times: Sequence[float], event: int | None) -> float:
-    """Return the time (s) of a still: as given, that of an event, or that of the largest force."""
+    """Return the time (s) of a still: as given, of an event, or of the largest force or else deflection."""
     if event is not None:
         if not 1 <= event <= len(history.events):
             raise InputError(f"--event {event}: should be from 1 to {len(history.events)}")
@@ -183,5 +184,5 @@ def _instant(history: History, times: Sequence[float], event: int | None) -> flo
         raise InputError(f"--time: {len(times)} given: a still shows one (or choose --strip)")
     if len(times):
         return float(times[0])
-    force = np.nan_to_num(history["lambda_n"].values)
-    return float(history["time"].values[int(np.argmax(force))])
+    force, deflection = (np.nan_to_num(history[name].values) for name in ("lambda_n", "deflection"))
+    return float(history["time"].values[int(np.argmax(force if force.any() else np.abs(deflection)))])

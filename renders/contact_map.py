@@ -1,4 +1,4 @@
-"""Where along the beam it touches, over time: bars in the colour of the force, hatched where they stick."""
+"""Places along the beam that touch, over time: bars in the colour of the force, hatched where they stick."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Band(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """What stands for a curve: a line (pixels, values, (n,)), in vibrations their mean, and the bands of these."""
+    """Replacement of a curve: a line (pixels, values, (n,)), in vibrations their mean, and the bands of these."""
 
     x: Array
     y: Array
@@ -35,7 +35,7 @@ class Drawn(NamedTuple):
 
 
 def drawn(x: Array, y: Array, swing: float) -> Drawn:
-    """Return what stands for a curve: pixels `x`, ascending, and values `y`, (samples,).
+    """Return the replacement of a curve: pixels `x`, ascending, and values `y`, (samples,).
 
     Changes of direction smaller than `swing` are none: about the value of a pixel.
     """

@@ -21,13 +21,14 @@ from vtkmodules.vtkCommonCore import vtkStringArray
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, prepare_folder
 from oblique_impact.history.history import History, require_history
-from oblique_impact.history.sample_times import jumps
+from oblique_impact.history.sample_times import sides
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.files import made_by, warnings_of
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
 from oblique_impact.renders.scenery import block, pin
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import time_map
 from oblique_impact.scenario.messages import one_of
 
 Integers = NDArray[np.int64]
@@ -102,8 +103,8 @@ def export(
     format : {"pvd", "xdmf", "csv"}, optional
         Default: as the suffix of `out` says.
     every : int, optional
-        Every n-th sample, 1 for all; default: about 1000, evenly in time, of CSV all.  Those at events and jumps
-        are all kept.
+        Every n-th sample, 1 for all; default: about 1000, half of them in contacts as in films, of CSV all.  Those
+        at events and jumps are all kept.
     between : tuple of float, optional
         First and last time (s).
     deformation : float
@@ -195,7 +196,7 @@ def chosen_samples(
     if not first < last:
         raise InputError(f"--between {first:g},{last:g}: should be two times in s, the first one earlier")
     time = np.asarray(history["time"].values, dtype=float)
-    side = _sides(time)
+    side = sides(time)
     # both sides of a jump are of one instant: a span that ends at an event keeps both
     instant = np.where(side > 0, np.roll(time, 1), time)
     wanted = (instant >= first) & (instant <= last)
@@ -211,15 +212,9 @@ def chosen_samples(
     elif left.size <= FRAMES:
         chosen[left] = True
     else:
-        even = np.linspace(time[left[0]], time[left[-1]], FRAMES)
-        chosen[left[np.searchsorted(time[left], even)]] = True
+        film = time_map(history).film_at(time[left])
+        chosen[left[np.searchsorted(film, np.linspace(film[0], film[-1], FRAMES))]] = True
     return np.flatnonzero(wanted & chosen)
-
-
-def _sides(time: NDArray[np.float64]) -> Integers:
-    """Return -1 for samples left of a jump, 1 for those right of it, 0 elsewhere."""
-    jump = jumps(time)
-    return np.where(np.append(False, jump), 1, np.where(np.append(jump, False), -1, 0))
 
 
 # Meshes -------------------------------------------------------------------------------------------------------
@@ -270,9 +265,9 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
     """Yield the frames: the beam three times, its pin, and with contact its point and the slope.
 
     The beam is there as a swept tube, as its axis, a polyline, and in its initial shape.  The last one alone
-    carries `displacement`: its points do not move, and Warp By Vector makes them the true shape.  A deformation
-    factor magnifies points; results, displacements among them, are never magnified.  All cells carry the number of
-    their part.
+    carries `displacement`: its points do not move, and Warp By Vector makes them the true shape, in the colours of
+    the same results.  A deformation factor magnifies points; results, displacements among them, are never
+    magnified.  All cells carry the number of their part.
     """
     geometry = story.geometries[0]
     start = geometry.true.tube(0)[0]
@@ -281,16 +276,18 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
     whole = [pv.merge(blocks).extract_surface(algorithm="dataset_surface")] if blocks else []
     solids = [pin(geometry), *whole]
     fixed = [pv.PolyData(solid.points, faces=solid.faces) for solid in (one.triangulate() for one in solids)]
-    times, sides = geometry.times, _sides(geometry.times)
+    times, side = geometry.times, sides(geometry.times)
     for done, k in enumerate(samples):
         on_progress(Progress(done, samples.size))
+        surface = _surface(geometry, k)
         line = pv.PolyData(geometry.centreline(k), lines=[geometry.stations.size, *range(geometry.stations.size)])
         results = [name for name in QUANTITIES if not name.endswith("_stress")]
         line.point_data.update({name: geometry.along(name, k) for name in results})
         initial = pv.PolyData(start, faces=geometry.solid.faces)
+        initial.point_data.update(surface.point_data)
         initial.point_data["displacement"] = geometry.true.tube(k)[0] - start
         parts = {
-            "surface": _surface(geometry, k),
+            "surface": surface,
             "centreline": line,
             "reference": initial,
             "pin": fixed[0],
@@ -299,7 +296,7 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
             parts |= {"contact_point": _contact_points(geometry, k), "slope": fixed[1]}
         for number, mesh in enumerate(parts.values()):
             mesh.cell_data["part"] = np.full(mesh.n_cells, number)
-        yield {"time": float(times[k]), "side": int(sides[k]), "sample": int(k)}, parts
+        yield {"time": float(times[k]), "side": int(side[k]), "sample": int(k)}, parts
     on_progress(Progress(samples.size, samples.size))
 
 

@@ -17,7 +17,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import save_whole
 from oblique_impact.history.history import History
 from oblique_impact.renders.files import comment
-from oblique_impact.renders.frame import Composer, factor_texts
+from oblique_impact.renders.frame import Composer
 from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.sheet import LINE, SMALL, STATE, Sheet
 from oblique_impact.renders.story import Story
@@ -25,6 +25,7 @@ from oblique_impact.renders.style import SLIDE, figure_style
 from oblique_impact.renders.timeline import Timeline
 
 _ROWS = 5  # of a strip
+_LETTERS = 26  # so many of its rows have a letter
 _COLOURS = 64  # of a GIF: a quarter of the size of 256 ones
 
 OnFrame = Callable[[int, int], None]
@@ -58,16 +59,26 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
         scene = Scene(story, [panel], (width, height), style, (min(times), max(times)))
         sheet = Sheet((width, height * len(times) + round(1.3 * row.pixels(LINE) + small + 32.0 * unit)), style)
         for number, time in enumerate(times):
-            top, state = number * height, State(int(geometry.value("state", int(geometry.index(time)))))
+            k = geometry.index(time)
+            top, state = number * height, State(int(geometry.value("state", int(k))))
             if number:
                 sheet.rule((0.0, top), (width, top))
-            clock = sheet.write(margin, top + 0.6 * margin, f"t = {time:.5f} s", STATE, weight="bold")
-            left, colour = margin + sheet.width_of(clock) + 20.0 * unit, style.colours.states[state]
-            sheet.write(left, top + 0.6 * margin, state.name, STATE, colour, weight="bold")
+            letter = f"({chr(ord('a') + number)})  " if number < _LETTERS else ""
+            clock = sheet.write(margin, top + 0.6 * margin, f"{letter}t = {time:.5f} s", STATE, weight="bold")
+            left = margin + sheet.width_of(clock) + 20.0 * unit
+            name = sheet.write(
+                left, top + 0.6 * margin, state.name, STATE, style.colours.states[state], weight="bold"
+            )
+            left += sheet.width_of(name) + 20.0 * unit
+            force = float(np.linalg.norm(geometry.contact_force(k)))
+            notes = [geometry.beside(k), f"contact force {force:.0f} N" if force > 0.5 and style.arrow else ""]
+            if not story.overlay and len(story.geometries) == 1:
+                beside = sheet.write(left, top + 0.6 * margin + 0.8 * row.pixels(STATE), "", LINE, va="baseline")
+                sheet.fit(beside, [", ".join(filter(None, notes))], width - left - margin)
         low = sheet.size[1] - 10.0 * unit
-        if story.factor != 1.0:
+        if story.magnified:
             note = sheet.write(width - margin, low - small, "", LINE, va="bottom", ha="right")
-            sheet.fit(note, factor_texts(story), 0.68 * width - 250.0 * unit - margin)  # beside the colours
+            sheet.fit(note, story.magnified, 0.68 * width - 250.0 * unit - margin)  # beside the colours
         sheet.scale_bar(margin, low, scene.views[0].scale_bar(0.15 * width))
         if not story.overlay:
             sheet.colour_bar(0.32 * width, low, 220.0 * unit, story.colours)

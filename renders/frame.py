@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.contact.state import State
-from oblique_impact.renders.charts import Chart, energy_curves, force_curves
+from oblique_impact.renders.charts import Chart, energy_curves, first_chart
 from oblique_impact.renders.layout import Box, lay_out
 from oblique_impact.renders.scene import Panel, Scene, View
 from oblique_impact.renders.sheet import HEADING, LINE, NAME, SMALL, STATE, Sheet
@@ -26,6 +26,7 @@ class Composer:
     def __init__(self, story: Story, timeline: Timeline | None = None) -> None:
         self.story, self.timeline, self.style = story, timeline, story.style
         self._texts: dict[str, Text] = {}  # that move
+        self._force, self._tells_side = "", False
         with figure_style(self.style.colours):
             self.sheet = Sheet(self.style.size, self.style)
             self._top = max(8.0, 16.0 * self.sheet.unit)  # pixels above the first line of text of a box
@@ -43,7 +44,7 @@ class Composer:
         pictures = [numbers] if story.overlay else [[n] for n in numbers]
         head = self._write_heading() if style.title != "" else 0
         charted, alone = style.charts and self.timeline is not None, len(pictures) == 1
-        plan = lay_out(style.size, head, len(pictures), style.inset and alone, charted)
+        plan = lay_out(style.size, head, len(pictures), style.inset and alone, charted, self.sheet.unit)
         boxes = [self._describe(runs[0], box) for runs, box in zip(pictures, plan.views, strict=True)]
         self._panels = [Panel(box, runs) for box, runs in zip(boxes, pictures, strict=True)]
         if plan.inset:
@@ -58,11 +59,11 @@ class Composer:
             place = left + 18.0 * self.sheet.unit, top + height - 14.0 * self.sheet.unit
             # it lies over the picture
             self.sheet.move(*self.sheet.scale_bar(*place, self.scene.views[-1].scale_bar(0.22 * width)))
-        curves = ((force_curves(story), "force (N)"), (energy_curves(story), "energy (J)"))
         self._charts = []
-        for (found, label), box in zip(curves, plan.charts, strict=False):
+        curves = (first_chart(story), ("energy", "J", energy_curves(story)))
+        for (what, unit, found), box in zip(curves, plan.charts, strict=False):
             assert self.timeline is not None
-            self._charts.append(Chart(self.sheet, found, label, box, self.timeline.course, story))
+            self._charts.append(Chart(self.sheet, found, f"{what} ({unit})", box, self.timeline.course, story))
 
     def _write_heading(self) -> int:
         """Write title and beam at the top; returns the height (pixels) that they take."""
@@ -102,7 +103,10 @@ class Composer:
                 handlelength=1.2,
             )
         else:
-            state = sheet.write(x, y, "STICK", STATE, weight="bold")
+            state = sheet.write(x, y, "STICK, just before the reversal", STATE, weight="bold")
+            # a still at an event says which side of the jump it shows, where nothing else stands there
+            self._tells_side = len(story.names) < 2 and sheet.width_of(state) < right - x
+            state.set_text("STICK")
             x += sheet.width_of(state) + 24.0 * sheet.unit
             self._keep(f"state {number}", state)
             if len(story.names) > 1:
@@ -112,8 +116,8 @@ class Composer:
         if self.timeline is not None:
             self._keep(f"rate {number}", sheet.write(left, y, "", LINE, colours.dim))
             y += 1.5 * sheet.pixels(LINE)
-        if story.factor != 1.0:
-            sheet.fit(sheet.write(left, y, "", LINE, colours.dim), factor_texts(story), right - left)
+        if story.magnified:
+            sheet.fit(sheet.write(left, y, "", LINE, colours.dim), story.magnified, right - left)
             y += 1.5 * sheet.pixels(LINE)
         above, below = round(y - 0.2 * sheet.pixels(STATE)), 1.6 * sheet.pixels(SMALL) + 22.0 * sheet.unit
         if not story.overlay:
@@ -142,21 +146,24 @@ class Composer:
         left, y, width = box[0] + 14.0 * sheet.unit, box[1] + self._top, box[2] - 21.0 * sheet.unit
         end = (box[0], box[1] + box[3]) if box[0] else (box[2], box[1])
         sheet.rule((box[0], box[1]), end)
-        titles = ["contact point, true scale", "contact point"]
-        if story.geometries[0].anywhere:
-            titles = ["main contact, true scale", "main contact"]
-        sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), titles, width)
+        geometry = story.geometries[0]
+        touches = geometry.scenario.contact.enabled
+        title = "main contact" if geometry.anywhere else geometry.outer_point
+        sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), [f"{title}, true scale", title], width)
         y += 1.6 * sheet.pixels(HEADING)
-        if self.style.arrow and not story.overlay:
-            self._keep("force", sheet.write(left, y, "", HEADING))
+        if self.style.arrow and touches and not story.overlay:
+            force = sheet.write(left, y, "", HEADING)
+            sheet.fit(force, ["contact force 8888 N", "force 8888 N", "8888 N"], width)
+            self._force = force.get_text().removesuffix("8888 N")
+            self._keep("force", force)
             y += 1.4 * sheet.pixels(HEADING)
-        if story.geometries[0].scenario.contact.enabled:
+        if touches and not story.overlay:
             self._keep("gap", sheet.write(left, y, "", LINE, colours.dim))
         band = round(self._top + 2.8 * sheet.pixels(HEADING) + 1.5 * sheet.pixels(LINE))
         return box[0] + 1, box[1] + band, box[2] - 1, box[3] - band
 
     def _keep(self, name: str, text: Text) -> None:
-        """Let a text move."""
+        """Redraw a text in each frame."""
         self._texts[name] = text
         self.sheet.move(text, beside=True)
 
@@ -188,12 +195,15 @@ class Composer:
         for number, geometry in enumerate(self.story.geometries):
             state = State(int(geometry.history["state"].values[int(geometry.index(time))]))
             words[f"time {number}"] = (f"t = {time:.5f} s", theme.ink)
-            words[f"state {number}"] = (state.name, theme.states[state])
+            side = geometry.beside(geometry.index(time)) if self._tells_side and rate is None else ""
+            words[f"state {number}"] = (f"{state.name}, {side}" if side else state.name, theme.states[state])
             words[f"rate {number}"] = ("" if rate is None else rate_text(rate), theme.dim)
         geometry = self.story.geometries[0]
         k = geometry.index(time)
         force = float(np.linalg.norm(geometry.pushes(k), axis=1)[geometry.close_contact(k)])
-        words["force"] = (f"{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
+        words["force"] = (
+            (f"{self._force}{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
+        )
         gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
         # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility
         words["gap"] = (f"gap {gap} mm" + (f", drawn {drawn}" if drawn != gap else ""), theme.dim)
@@ -208,12 +218,6 @@ class Composer:
 
     def __exit__(self, *_: Any) -> None:
         self.close()
-
-
-def factor_texts(story: Story) -> list[str]:
-    """Return the deformation factor in ever shorter words."""
-    brief = f"deflection drawn ×{story.factor:g}"
-    return [f"{brief} about the line from pin to contact point", brief, f"×{story.factor:g}"]
 
 
 def _in_mm(distance: float) -> str:

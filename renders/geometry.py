@@ -1,7 +1,7 @@
 """The deformed beam as a centreline and a swept tube with its results, from a history alone.
 
 A deformation factor magnifies the deviation of the axis from the straight line through pin and contact point and
-nothing else, so that both stay where they are.
+nothing else, so that both stay where they are.  A thickness magnifies the cross-sections.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
-from oblique_impact.history.sample_times import last_sample
+from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
@@ -67,13 +67,13 @@ class Zone(NamedTuple):
 class BeamGeometry:
     """Shapes of the beam at the samples of a history.
 
-    The deformation factor is chosen from the largest deviation of the run if none is given.  Samples are numbers
-    that may lie between two: there everything is linear.
+    The deformation factor is chosen from the largest deviation of the run if none is given; the beam is drawn
+    `thickness` times as thick as it is.  Samples are numbers that may lie between two: there everything is linear.
 
     Raises InputError if the history is not one of a beam or the factor is not positive and finite.
     """
 
-    def __init__(self, history: History, factor: float | None = None) -> None:
+    def __init__(self, history: History, factor: float | None = None, thickness: float = 1.0) -> None:
         if history.scenario is None:
             raise InputError("history: it is not one of a beam")
         for name in ("theta", "ux_dot", "lambda_n"):
@@ -81,7 +81,7 @@ class BeamGeometry:
                 raise InputError(f"history: has no variable {name!r}: it is not one of a beam")
         if factor is not None and not 0.0 < factor < np.inf:
             raise InputError(f"--deformation {factor}: should be a positive number")
-        self.history = history
+        self.history, self.thickness = history, thickness
         self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
@@ -110,10 +110,24 @@ class BeamGeometry:
         # the right side of a jump stands a little after the time of the event
         return float(k + max(time - times[k], 0.0) / (times[k + 1] - times[k]))
 
+    def beside(self, k: float) -> str:
+        """Return in words which side of a jump sample k is; empty where there is none."""
+        return self._sides.get(k, "")
+
+    @cached_property
+    def _sides(self) -> dict[float, str]:
+        found: dict[float, str] = {}
+        for event in self.history.events:
+            left, right = (int(find(self.times, event.time)) for find in (first_sample, last_sample))
+            if left < right:
+                found.setdefault(left, f"just before the {event.kind.value}")
+                found[right] = f"just after the {event.kind.value}"
+        return found
+
     @cached_property
     def true(self) -> BeamGeometry:
         """The same beam without magnification."""
-        return self if self.factor == 1.0 else BeamGeometry(self.history, 1.0)
+        return self if self.factor == self.thickness == 1.0 else BeamGeometry(self.history, 1.0)
 
     def _fitting_factor(self) -> float:
         """Return the round number that shows the largest deviation of the run from the chord.
@@ -133,29 +147,33 @@ class BeamGeometry:
 
     @cached_property
     def radii(self) -> Array:
-        """Distance (m) of the outer fibre from the axis at the stations, the radius of a round beam."""
-        return np.asarray(self.sections.fibre_distance(self.stations))
+        """Drawn distance (m) of the outer fibre from the axis at the stations, the radius of a round beam."""
+        return np.asarray(self.thickness * self.sections.fibre_distance(self.stations))
 
     @cached_property
     def mass_radius(self) -> float:
         """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
         volume = self.sections.tip_mass / self.sections.density
-        return max(float(np.cbrt(0.75 * volume / np.pi)), float(self.radii[-1])) if volume > 0.0 else 0.0
+        radius = self.thickness * float(np.cbrt(0.75 * volume / np.pi))
+        return max(radius, float(self.radii[-1])) if volume > 0.0 else 0.0
 
     @cached_property
     def touch_radius(self) -> float:
         """Distance (m) of the beam's face from its axis at the contact point, or the radius of a mass there."""
         point = self.scenario.contact.point
         at_tip = point == self.scenario.beam.length
-        return max(float(self.sections.fibre_distance(point)), self.mass_radius if at_tip else 0.0)
+        radius = self.thickness * float(self.sections.fibre_distance(point))
+        return max(radius, self.mass_radius if at_tip else 0.0)
 
     @property
     def slope_depth(self) -> float:
         """Distance (m) of the drawn surface of the slope below its line.
 
-        It is half the depth of the beam where contact is on the axis, so that the beam's face touches the surface.
+        It is half the drawn depth of the beam where contact is on the axis, so that the beam's face touches the
+        surface; else what the beam is drawn too deep.
         """
-        return self.touch_radius if self.scenario.contact.surface == "axis" else 0.0
+        deep = 0.0 if self.scenario.contact.surface == "axis" else self.touch_radius / self.thickness
+        return self.touch_radius - deep
 
     @property
     def flat_end(self) -> bool:
@@ -168,6 +186,12 @@ class BeamGeometry:
     def half_width(self) -> float:
         """Largest extent (m) of the beam out of the plane of motion, to one side."""
         return float(self.solid.offsets[:, 2].max())
+
+    @property
+    def outer_point(self) -> str:
+        """What the line from the pin, about which deflections are magnified, goes to: in words."""
+        at_tip = self.touch == self.stations.size - 1
+        return "tip" if at_tip and not self.scenario.contact.enabled else "contact point"
 
     @cached_property
     def anywhere(self) -> bool:
@@ -312,7 +336,9 @@ class BeamGeometry:
     @cached_property
     def solid(self) -> Solid:
         """Points of the tube beside its axis, and its faces."""
-        return solid_of(self.scenario.beam, self.stations, self.radii, self.mass_radius, self.flat_end)
+        radii, mass_radius = self.radii / self.thickness, self.mass_radius / self.thickness
+        solid = solid_of(self.scenario.beam, self.stations, radii, mass_radius, self.flat_end)
+        return solid._replace(offsets=self.thickness * solid.offsets)
 
     def tube(self, k: float) -> tuple[Array, Array]:
         """Return points and outward normals (np, 3) of the tube at sample k; its rings turn with the sections."""

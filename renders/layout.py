@@ -1,4 +1,4 @@
-"""Where the parts of a frame are; what would be too small to be read is left out.  The bar of length."""
+"""Layout of the parts of a frame; what would be too small to be read is left out.  The bar of length."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 Box = tuple[int, int, int, int]  # left, top, width, height (pixels)
 
 _LEAST_INSET = (150, 150)  # width and height (pixels)
-_LEAST_CHART = (250, 110)
+_LEAST_CHART = (385, 110)  # where letters are 13.3 pixels high; with larger ones more
 _UNITS = ((0.1, 1.0, "m"), (1e-3, 1e-3, "mm"), (0.0, 1e-6, "µm"))  # from which length on (m), size (m), name
 
 
@@ -25,11 +25,12 @@ class Layout(NamedTuple):
     charts: list[Box]
 
 
-def lay_out(size: tuple[int, int], head: int, views: int, inset: bool, charts: bool) -> Layout:
+def lay_out(size: tuple[int, int], head: int, views: int, inset: bool, charts: bool, unit: float = 1.0) -> Layout:
     """Divide a frame (pixels) below its heading between pictures of beams, the contact point and charts.
 
     In a frame that is wider than high the contact point is beside the beam and the charts are side by side; in
-    one that is higher than wide everything is one below the other.
+    one that is higher than wide everything is one below the other.  What would be too small for letters of
+    13.3 times `unit` pixels is left out.
     """
     width, height = size[0], size[1] - head
     if height > width:
@@ -41,14 +42,14 @@ def lay_out(size: tuple[int, int], head: int, views: int, inset: bool, charts: b
         below = (0, head + high, width, low) if inset else None
         return Layout(_side_by_side((0, head, width, high), views), below, boxes)
     chart = round(0.34 * height) if charts else 0
-    if chart < _LEAST_CHART[1]:
+    if chart < _LEAST_CHART[1] * unit:
         chart = 0
     aside = round(0.29 * width) if inset else 0
     if aside < _LEAST_INSET[0] or height - chart < _LEAST_INSET[1]:
         aside = 0
     # in a frame about as high as wide the legend of the energies needs half of the width
     left = round((0.62 if width > 1.3 * height else 0.5) * width)
-    if width - left < _LEAST_CHART[0]:
+    if width - left < _LEAST_CHART[0] * unit:
         left = width
     high, top = height - chart, head + height - chart
     boxes = [(0, top, left, chart), (left, top, width - left, chart)] if chart else []

@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
+from oblique_impact.renders.charts import Curve, energy_curves
 from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.files import Drawing, save_figure
 from oblique_impact.renders.geometry import contact_gap
@@ -59,15 +60,25 @@ def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "
         axes = np.array([[figure.add_subplot(grid[row, column]) for column in range(2)] for row in range(3)])
         _draw_motion(axes[0, 0], story, theme, collision["start"] if collision else float(first["time"][-1]))
         _draw_shapes(axes[0, 1], first, theme, collision)
-        _draw_force(axes[1, 0], histories, theme)
-        _draw_gap(axes[1, 1], histories, theme)
+        if any(history.contacts for history in histories.values()):
+            _draw_force(axes[1, 0], histories, theme)
+            _draw_gap(axes[1, 1], histories, theme)
+        else:
+            _draw_free(
+                axes[1, 0], histories, theme, ("deflection", 1e3, "Deflection of the tip", "deflection (mm)")
+            )
+            _draw_free(axes[1, 1], histories, theme, ("theta_dot", 1.0, "Rate of rotation", "rate (rad/s)"))
         _draw_energy(axes[2, 0], histories, theme)
         if len(histories) == 2 and kinds[0] and kinds[0] == kinds[1]:
             _draw_differences(axes[2, 1], histories, theme)
         else:
             _draw_losses(axes[2, 1], histories, theme)
+        panels = [*axes.flat]
         if mapped:
-            _draw_places(figure.add_subplot(grid[3, :]), first, theme)
+            panels.append(figure.add_subplot(grid[3, :]))
+            _draw_places(panels[-1], first, theme)
+        for letter, panel in zip("abcdefg", panels, strict=False):
+            panel.set_title(f"({letter}) {panel.get_title(loc='left')}")
         return figure
 
 
@@ -82,10 +93,11 @@ def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
     history, times = geometry.history, geometry.times
     # equal steps of angle rather than of time: the beam starts slowly
     theta = history["theta"].values[: int(np.searchsorted(times, end)) + 1]
+    edge = 1.2 if story.thickness > 1.0 else 0.0  # so that a thin beam can be seen
     for wanted in np.linspace(theta[0], theta[-1], 6):
         sample = int(np.argmin(np.abs(theta - wanted)))
         last = sample >= theta.size - 2
-        axes.fill(*geometry.outline(sample).T, color=theme.states[0], alpha=1.0 if last else 0.35, linewidth=0.0)
+        axes.fill(*geometry.outline(sample).T, color=theme.states[0], alpha=1.0 if last else 0.35, linewidth=edge)
         axes.annotate(
             f"{times[sample]:.3f} s",
             geometry.stations_at(sample)[-1],
@@ -101,7 +113,8 @@ def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
     axes.plot(0.0, 0.0, "o", color=theme.ink, markersize=7, zorder=5)
     axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
     axes.margins(x=0.12, y=0.14)
-    axes.set(xlabel="x (m)", ylabel="y (m)", title="The beam up to the first impact", aspect="equal")
+    title = "The beam up to the first impact" if history.contacts else "The beam on its way"
+    axes.set(xlabel="x (m)", ylabel="y (m)", title=title, aspect="equal")
 
 
 def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: dict[str, Any] | None) -> None:
@@ -126,8 +139,9 @@ def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: dict[str
 def _draw_force(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     for history, style in _curves(histories, theme):
         axes.plot(1e3 * history["time"].values, history["lambda_n"], **style)
-    axes.set(xlabel="time (ms)", ylabel="normal force (N)", title="First collision: contact force")
     collision = _first_collision(histories.values())
+    what = "First collision: contact force" if collision else "Contact force"
+    axes.set(xlabel="time (ms)", ylabel="normal force (N)", title=what)
     if collision:
         axes.set_xlim(1e3 * collision[0], 1e3 * collision[1])
     axes.set_ylim(bottom=0.0)
@@ -164,17 +178,31 @@ def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title=title, xlim=(0.0, float(first["time"][-1])))
 
 
+def _draw_free(axes: Axes, histories: dict[str, History], theme: Theme, what: tuple[str, float, str, str]) -> None:
+    """Draw a variable of runs without contact, times a factor, with a title and a label."""
+    variable, factor, title, label = what
+    for history, style in _curves(histories, theme):
+        axes.plot(history["time"], factor * history[variable], **style)
+    axes.set(xlabel="time (s)", ylabel=label, title=title)
+    if len(histories) > 1:
+        axes.legend()
+
+
 def _draw_energy(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     first = next(iter(histories.values()))
-    kinds = ("gravity", "elastic", "kinetic")
+    whose = f" of {next(iter(histories))}" if len(histories) > 1 else ""
+    parts: list[Curve] = []
     for history, style in _curves(histories, theme):
-        total = sum(history[f"energy_{kind}"].values for kind in kinds)
-        axes.plot(history["time"], total, linewidth=1.8, **style | {"label": f"total, {style['label']}"})
-    for kind, colour in zip(kinds[:2], theme.energies[:0:-1], strict=True):
-        axes.plot(first["time"], first[f"energy_{kind}"], color=colour, linewidth=0.8, label=kind)
+        *found, total = energy_curves(story_of([history], Style(deformation=1.0)))
+        label = f"total of {style['label']}" if whose else "total"
+        axes.plot(total.time, total.values, linewidth=1.8, **style | {"label": label})
+        parts = parts or found
+    for part, colour in zip(parts, (*theme.energies, theme.series[1]), strict=False):
+        axes.plot(part.time, part.values, color=colour, linewidth=0.8, label=f"{part.label}{whose}")
     axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
-    axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, fontsize=7.5, columnspacing=1.2)
+    if axes.dataLim.ymin >= 0.0:
+        axes.set_ylim(bottom=0.0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=7.5, columnspacing=1.2)
 
 
 def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
@@ -187,7 +215,7 @@ def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -
         if mine.any():
             look = {"color": theme.states[state], "markersize": 5, "label": f"to {state.name.lower()}"}
             axes.semilogy(times[mine], np.maximum(differences[mine], 1e-15), _MARKERS[state], **look)
-    title = f"Event times: |{' - '.join(histories)}|"
+    title = f"Event times: |{' − '.join(histories)}|"
     axes.set(xlabel="time of the event (s)", ylabel="difference (s)", title=title)
     axes.set_xlim(0.0, float(left["time"][-1]))
     axes.legend(loc="upper left")

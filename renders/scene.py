@@ -17,6 +17,7 @@ from oblique_impact.renders.offscreen import prepare
 from oblique_impact.renders.scenery import block, pin, slab, stand
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import TEXT, Style
+from oblique_impact.renders.surroundings import drawn_obstacles
 
 Array = NDArray[np.float64]
 Span = tuple[float, float] | None  # first and last time (s); None: the whole run
@@ -105,7 +106,7 @@ class Scene:
 
 
 class View:
-    """What the active renderer of a plotter shows: beams, slope, pin and ground."""
+    """Contents of the active renderer of a plotter: beams, slope, pin and ground."""
 
     def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int, span: Span) -> None:
         self._plotter, self._camera = plotter, plotter.renderer.camera
@@ -118,7 +119,7 @@ class View:
         right /= np.linalg.norm(right)
         self.across = np.array([right, np.cross(self.eye, right)])
         plotter.set_background(self.theme.background, all_renderers=False)
-        shown = [story.geometries[n].true if panel.close else story.geometries[n] for n in panel.runs]
+        shown = [story.geometries[n].true if panel.close else story.drawn[n] for n in panel.runs]
         solids, planes = self._add_scenery(shown[0], story)
         self._aim(shown, panel.box, solids, span)
         self.beams = [Beam(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
@@ -133,16 +134,17 @@ class View:
         ground = story.ground if self.style.ground else None
         foot = pin(geometry)
         self.add(foot, color=theme.pin, **_SOLID)
-        blocks = [block(geometry, obstacle) for obstacle in story.obstacles]
+        obstacles = drawn_obstacles(geometry)
+        blocks = [block(geometry, obstacle) for obstacle in obstacles]
         planes = []
         if ground:
             standing = [
                 foot,
-                *(b for b, o in zip(blocks, story.obstacles, strict=True) if o.is_side and o.normal[1] > 0.0),
+                *(b for b, o in zip(blocks, obstacles, strict=True) if o.is_side and o.normal[1] > 0.0),
             ]
             blocks += [found for found in (stand(solid, ground) for solid in standing) if found]
             planes.append(np.array([(ground.first, ground.y), (ground.last, ground.y)]))
-            planes += [o.surface for o in story.obstacles if o.is_side and o.normal[1] > 0.0]
+            planes += [o.surface for o in obstacles if o.is_side and o.normal[1] > 0.0]
         for solid in blocks:
             self._add_block(solid, theme.slope, theme.slope_edge)
         if ground:
@@ -228,6 +230,12 @@ class Beam:
             limit = story.colours.limit / self._size
             self.mesh.point_data["shown"] = geometry.result(self._quantity, 0)
             look = {"scalars": "shown", "cmap": theme.colour_map, "clim": (-limit, limit)}
+        self._hull = None
+        if theme.outline:  # what is seen of a larger beam from inside
+            self._edge = view.pixel * view.stroke / SUPERSAMPLING
+            self._hull = self.mesh.copy()
+            view.add(self._hull, color=theme.outline, culling="front", lighting=False)
+            look["lighting"] = False  # each colour as it is in the scale
         self._place(0.0)
         self.actor = view.add(self.mesh, culling="back", show_scalar_bar=False, **look, **_BEAM)
         self.actor.prop.interpolation = "Phong"
@@ -273,6 +281,8 @@ class Beam:
         self.mesh.points = points
         self.mesh.point_data["Normals"] = normals
         self.mesh.point_data.active_normals_name = "Normals"
+        if self._hull:
+            self._hull.points = points + self._edge * normals
 
     def _path(self) -> pv.PolyData:
         """Path of the contact point, in front of the beam, so that it is seen where it was."""
@@ -349,7 +359,7 @@ class Force:
             actor.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(depth * _IN_FRONT)
 
     def move(self, touched: Array, push: Array, peak: float) -> None:
-        """Let the arrow end just before a place (2,); its length grows with the root of the force (2,), in N."""
+        """End the arrow just before a place (2,); its length grows with the root of the force (2,), in N."""
         size = float(np.linalg.norm(push))
         for actor in self._actors:
             actor.visibility = size > 1e-3 * peak
@@ -390,7 +400,7 @@ class Shadow:
         self.mesh.point_data["tone"] = self._tone
 
     def move(self, k: float) -> bool:
-        """Fall from the beam at the fractional sample k; returns whether there is a shadow."""
+        """Cast the shadow of the beam at the fractional sample k; returns whether there is one."""
         geometry, ((x0, y0), (x1, y1)) = self._geometry, self._ends
         axis = geometry.centreline(k)
         if not np.all(np.isfinite(axis)) or abs(y1 - y0) >= 10.0 * abs(x1 - x0):  # a plane that is almost upright

@@ -67,7 +67,7 @@ class Sheet:
         return self.figure.text(left, self.size[1] - top, text, transform=None, **look)
 
     def move(self, *artists: Any, beside: bool = False) -> None:
-        """Let artists be drawn anew in each frame.
+        """Redraw artists in each frame.
 
         Texts that stand `beside` the pictures, on what does not change, are copied while they say the same.
         """

@@ -1,4 +1,4 @@
-"""What all pictures of a run share: style, shapes, slope, scale of colours, course of the film."""
+"""Shared by all pictures of a run: style, shapes, slope, scale of colours, course of the film."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
 from oblique_impact.renders.style import Style
-from oblique_impact.renders.surroundings import DrawnObstacle, Ground, drawn_obstacles, ground_of
+from oblique_impact.renders.surroundings import DrawnObstacle, Ground, drawn_obstacles, ground_of, looked_at
 from oblique_impact.renders.timeline import TimeMap, time_map
 from oblique_impact.renders.title import beam_words, name_of
 
 _ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+_THIN = 0.008  # over what is seen of the motion: a beam that is thinner is drawn thicker
 _PREFIXES = ((1e10, 1e9, "GPa"), (1e5, 1e6, "MPa"), (1e2, 1e3, "kPa"))  # from which limit on, size, name
 
 
@@ -122,9 +123,36 @@ class Story:
         return drawn_obstacles(self.geometries[0])
 
     @cached_property
+    def thickness(self) -> float:
+        """How many times as thick as they are beams are drawn in stills and films, so that they can be seen."""
+        places = np.concatenate([looked_at(geometry) for geometry in self.geometries])
+        reach = max(1.2 * (g.scenario.beam.length + g.scenario.root.hub_radius) for g in self.geometries)
+        seen = np.append(np.clip(np.nan_to_num(places), -reach, reach), [(0.0, 0.0)], axis=0)
+        radius = min(float(geometry.radii.max()) for geometry in self.geometries)
+        return max(1.0, math.ceil(0.5 * _THIN * float(np.ptp(seen, axis=0).max()) / radius))
+
+    @cached_property
+    def drawn(self) -> tuple[BeamGeometry, ...]:
+        """The beams as stills and films show them, with their thickness."""
+        if self.thickness == 1.0:
+            return self.geometries
+        return tuple(BeamGeometry(g.history, g.factor, self.thickness) for g in self.geometries)
+
+    @property
+    def magnified(self) -> list[str]:
+        """What is drawn larger than it is in ever shorter words; none if nothing is."""
+        thicker = f"thickness ×{self.thickness:g}" if self.thickness > 1.0 else ""
+        if self.factor == 1.0:
+            return [thicker] if thicker else []
+        brief = f"deflection drawn ×{self.factor:g}"
+        about = f"about the line from pin to {self.geometries[0].outer_point}"
+        choices = (f"{brief} {about}", brief, f"×{self.factor:g}")
+        return [f"{choice}, {thicker}" if thicker else choice for choice in choices]
+
+    @cached_property
     def ground(self) -> Ground | None:
         """The ground under all runs, if there is one."""
-        return ground_of(self.geometries, self.obstacles)
+        return ground_of(self.drawn, drawn_obstacles(self.drawn[0]))
 
 
 def story_of(

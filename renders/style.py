@@ -1,4 +1,4 @@
-"""How pictures look: themes of colours, matplotlib's settings, and the style of a picture."""
+"""Appearance of pictures: themes of colours, matplotlib's settings, and the style of a picture."""
 
 from __future__ import annotations
 
@@ -52,6 +52,7 @@ class Theme:
     ground: str
     colour_map: str = COLOUR_MAP  # a name that Matplotlib knows
     force_map: str = "YlOrRd"  # the same, of the sizes of forces, from the lightest
+    outline: str = ""  # of a beam in flat colours; without one it is shaded
 
 
 LIGHT = Theme(
@@ -102,6 +103,7 @@ PRINT = replace(
     LIGHT,
     ink="#000000",
     dim="#404040",
+    slope="#e6e9f3",
     slope_edge="#404040",
     trace="#404040",
     arrow="#000000",
@@ -110,6 +112,7 @@ PRINT = replace(
     energies=("#595959", "#8c8c8c", "#bfbfbf"),
     colour_map="cividis",
     force_map="Greys",
+    outline="#000000",
 )
 THEMES = {"light": LIGHT, "dark": DARK, "print": PRINT}
 #: fields of a `Style` for a purpose
@@ -117,7 +120,8 @@ PRESETS: dict[str, dict[str, Any]] = {
     "talk": {"size": (1920, 1080), "letters": 12.0},  # a slide in full HD, read from the last row
     # two columns of a journal, 180 mm wide at 300 pixels per inch, in letters of 8 points
     "paper": {"size": (2126, 1196), "dpi": 300.0, "letters": 8.0, "theme": "print"},
-    "social": {"size": (1080, 1080), "letters": 20.0},  # a square on a phone
+    # a square on a phone, eight seconds: no letter is lower than 28 pixels
+    "social": {"size": (1080, 1080), "letters": 28.0, "inset": False, "seconds": 8.0},
 }
 #: fields of a `Style` that shows nothing but beam, slope and pin
 BARE: dict[str, Any] = {
@@ -140,14 +144,14 @@ def figure_style(theme: Theme | None = None) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Style:
-    """Say what a picture shows, and how.
+    """Contents and appearance of a picture.
 
     Attributes
     ----------
     size : tuple of int
         Width and height (pixels), even.
     theme : {"light", "dark", "print", "auto"}
-        Colours of paper and ink; "print" has greys alone; "auto", as the reader's system is set, is for pages.
+        Colours of paper and ink; "print" has few greys; "auto" is the reader's system's on pages, else light.
     camera : {"oblique", "front", "above"}
         Where the eye is.
     quantity : str
@@ -168,12 +172,14 @@ class Style:
         which it covers a slide of 13.33 x 7.5 inches.
     text : bool
         Whether time, state and rate are written above the beam, and scales of colours and of length below it.
+    seconds : float
+        How long a film of the whole run lasts (s), if not told otherwise.
 
     Raises InputError for a name that is unknown or a size out of range.
     """
 
     size: tuple[int, int] = (1280, 720)
-    theme: ThemeName = "light"
+    theme: ThemeName = "auto"
     camera: CameraName = "oblique"
     quantity: Colour = "bending_stress"
     deformation: float | None = None
@@ -188,6 +194,7 @@ class Style:
     dpi: float | None = None
     text: bool = True
     title: str | None = None
+    seconds: float = 20.0
 
     def __post_init__(self) -> None:
         for option, name, names in (
@@ -219,7 +226,5 @@ class Style:
 
     @property
     def colours(self) -> Theme:
-        """Colours of a picture; raises InputError for a theme that only pages have."""
-        if self.theme not in THEMES:
-            raise InputError(f"--theme {self.theme}: {one_of(self.theme, THEMES)}")
-        return THEMES[self.theme]
+        """Colours of a picture."""
+        return THEMES.get(self.theme, LIGHT)

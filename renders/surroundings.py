@@ -1,4 +1,4 @@
-"""What stands still around a beam: slope, obstacles, ground, and what all pictures draw of them."""
+"""Surroundings of a beam: slope, obstacles and ground, as all pictures draw them."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _side(geometry: BeamGeometry, side: Side) -> DrawnObstacle | None:
 def _ends_of(geometry: BeamGeometry, side: Side, axes: tuple[Array, Array], reach: float) -> tuple[float, float]:
     """Return the stretch (m along a side) near or below which the axis comes in the run, with some room."""
     length, pin = geometry.scenario.beam.length, -float(np.dot(side.origin, axes[0]))
-    places = _looked_at(geometry) - np.array(side.origin)
+    places = looked_at(geometry) - np.array(side.origin)
     along, height = (places @ np.array(axes).T).T
     seen = (np.abs(along - pin) < reach) & (np.abs(height) < reach)
     if not seen.any():
@@ -113,7 +113,7 @@ def _peg(geometry: BeamGeometry, point: ObstaclePoint) -> DrawnObstacle:
     return DrawnObstacle(middle + radius * np.stack([np.cos(around), np.sin(around)], axis=1), normal, False)
 
 
-def _looked_at(geometry: BeamGeometry) -> Array:
+def looked_at(geometry: BeamGeometry) -> Array:
     """Return places (n, 2) of the axis in the run."""
     samples = np.unique(np.linspace(0, geometry.times.size - 1, _SAMPLES).astype(np.int64))
     return geometry.stations_at(samples).reshape(-1, 2)
@@ -136,7 +136,7 @@ def ground_of(geometries: Sequence[BeamGeometry], obstacles: Sequence[DrawnObsta
     length = first.scenario.beam.length
     foot = max(FOOT * float(first.radii[0]), first.scenario.root.hub_radius)
     y = min(float(outlines[:, 1].min()), -foot)
-    places = np.concatenate([_looked_at(geometry) for geometry in geometries])
+    places = np.concatenate([looked_at(geometry) for geometry in geometries])
     reached = places[np.all(np.abs(places) < 1e3 * length, axis=1)]
     if reached[:, 1].min() < y:
         return None

@@ -14,7 +14,8 @@ from oblique_impact.history.history import History
 
 Array = NDArray[np.float64]
 
-FPS, SECONDS = 30, 20.0  # of a film, if not told otherwise
+FPS = 30  # of a film, if not told otherwise
+_AIM = 20.0  # s: about the length of the film of a page
 _ROUND = (0.5, 1.0, 2.0, 5.0, 10.0)
 _SHARE = 0.5  # of the film that contacts take
 _RAMP = 1.0  # s of film, from one rate to the other
@@ -96,13 +97,13 @@ def time_map(
         Its contacts are where time is stretched.
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; what is not given is one of 1, 1/2, 1/5, 1/10..., so
-        that the film of the run lasts about `SECONDS`.
+        that the film of the run lasts about twenty seconds.
     seconds : float, optional
         If no speed is given the film of the run lasts exactly so long, at rates that are not round.
 
     Raises InputError for values out of range.
     """
-    aim = SECONDS if seconds is None else seconds
+    aim = _AIM if seconds is None else seconds
     if not 1.0 <= aim <= 3600.0:
         raise InputError(f"--seconds {aim:g}: should be from 1 to 3600")
     for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):

@@ -27,6 +27,7 @@ class Viewer:
 
     def __init__(self, history: History, style: Style, **window: Any) -> None:
         story, theme = story_of([history], style), style.colours
+        self._magnified = next(iter(story.magnified), "")
         self.geometry = story.geometries[0]
         self.times = make_timeline(story.time_map, _FPS).times
         self.playing, self._frame = False, 0
@@ -62,7 +63,8 @@ class Viewer:
         k = self.geometry.index(time)
         force = float(np.linalg.norm(self.geometry.contact_force(k)))
         state = State(int(self.geometry.value("state", int(k)))).name
-        self._text.set_text("lower_left", f"t = {time:.5f} s  {state}" + (f"  {force:.4g} N" if force else ""))
+        words = f"t = {time:.5f} s  {state}" + (f"  contact force {force:.4g} N" if force else "")
+        self._text.set_text("lower_left", f"{self._magnified}\n{words}")
         self._frame = int(np.searchsorted(self.times, time))
 
     def step(self, _: int = 0) -> None:

@@ -5,6 +5,8 @@
 `refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
+`periodic_response`  steady state on a shaken base: a history of one period
+`fit`        keys of a scenario from measured data: a `FitResult`
 `reproduce`  the paper's figures and claims: a `Reproduction`
 `quantity_table`  what studies measure: names, units, meanings
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
     from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
     from oblique_impact.validation.studies.design import SweepFile as SweepFile
     from oblique_impact.validation.studies.design import TableSection as TableSection
+    from oblique_impact.validation.studies.fitting import FitResult as FitResult
+    from oblique_impact.validation.studies.fitting import fit as fit
+    from oblique_impact.validation.studies.periodic import PeriodicSection as PeriodicSection
+    from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
     from oblique_impact.validation.studies.predictability import Predictability as Predictability
     from oblique_impact.validation.studies.predictability import predictability as predictability
     from oblique_impact.validation.studies.quantities import quantity_table as quantity_table
@@ -44,6 +50,8 @@ _MODULES = {
     "comparison": ("Comparison", "compare", "compare_all", "save_comparison"),
     "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
+    "studies.periodic": ("PeriodicSection", "periodic_response"),
+    "studies.fitting": ("FitResult", "fit"),
     "studies.predictability": ("Predictability", "predictability"),
     "studies.quantities": ("quantity_table",),
     "studies.refinement": ("StudyResult", "refine"),

@@ -111,7 +111,7 @@ class Comparison:
 
     @property
     def outcomes(self) -> tuple[str, str]:
-        """How the two ended."""
+        """Outcomes of both runs."""
         return self.histories[0].outcome.label, self.histories[1].outcome.label
 
     @property

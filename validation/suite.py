@@ -78,7 +78,7 @@ _TITLE = "Validation of oblique-impact"
 
 
 def counts(results: Sequence[Result]) -> str:
-    """Say how many checks and measurements there are and how many fail, on page and console alike."""
+    """Return how many checks and measurements there are and how many fail, for page and console."""
     checks, failed = len({result.check for result in results}), sum(r.verdict == "fail" for r in results)
     numbers = {"check": checks, "measurement": len(results)}
     counted = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in numbers.items())

@@ -88,11 +88,13 @@ def paraview() -> Image.Image:
         export(paper(), file, every=50)
         ending = [
             "scene.AnimationTime = 0.3245",
+            "ResetCamera(view)",
             "view.UseColorPaletteForBackground = 0",
             f"view.Background = {background}",
             f"SaveScreenshot({str(picture)!r}, view, ImageResolution=[1280, 720])",
         ]
-        state.write_text("\n".join([program.replace("out/beam.pvd", str(file)), *ending]), encoding="utf-8")
+        program = program.replace("out/beam", str(file.with_suffix("")))
+        state.write_text("\n".join([program, *ending]), encoding="utf-8")
         plain = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
         server = ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24"]
         command = [*server, "pvpython", "--force-offscreen-rendering", str(state)]

@@ -61,7 +61,7 @@ _OF_EACH = [NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]
 
 @dataclass
 class Recorder:
-    """What steps leave behind."""
+    """Record of the steps of a run."""
 
     averages: Averages = field(default_factory=Averages)
     at_once: int = 0  # transitions that have followed each other at one instant

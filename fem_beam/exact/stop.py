@@ -57,7 +57,7 @@ class Rows(NamedTuple):
 
 @dataclass(frozen=True)
 class Touching(ABC):
-    """What both kinds of contact have in common."""
+    """Base of both kinds of contact."""
 
     beam: ExactBeam
     obstacle: int  # the slope is 0, the others count from 1

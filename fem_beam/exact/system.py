@@ -108,7 +108,7 @@ class ExactSystem:
 
     @cached_property
     def heirs(self) -> dict[int, int]:
-        """Which contact takes over where another slides off an end: the tip on a side and its outer corner."""
+        """Contacts by those that they take over from at an end of a side: the tip on it, its outer corner."""
         found: dict[int, int] = {}
         for i, side in enumerate(self.touchings):
             if isinstance(side, PointOnSide) and side.extent and side.node == self.beam.x.size - 1:
@@ -133,6 +133,9 @@ class ExactSystem:
     def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
         """Leave accelerations at zero."""
         return True
+
+    def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
+        """Do nothing: each place is evaluated from the coordinates."""
 
     def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Kinematics of one place."""

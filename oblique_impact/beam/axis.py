@@ -38,6 +38,9 @@ class Axis(NamedTuple):
 class Shapes(Protocol):
     """Shape functions of a beam at any place along it."""
 
+    def bend(self, B: Array, Bd: Array) -> None:
+        """Take what the other methods have in common at all places in a state."""
+
     def bent_axis(self, x: float, B: Array, polynomial: Array) -> Axis:
         """Displacements, slope and curvature of the axis at x (m); `polynomial` (12,) is for `take_shapes`."""
 
@@ -118,6 +121,11 @@ def panel_of(edges: Array, x: float) -> int:
 
 
 @jitable
+def _bend(s: AxisShapes, B: Array, Bd: Array) -> None:
+    """Do nothing: the integrals of products of slopes up to the panels are constant."""
+
+
+@jitable
 def _contract(s: AxisShapes, panel: int, B: Array, polynomial: Array) -> None:
     """Coefficients of u_y = Phi B on a panel into `polynomial` (degree + 1,)."""
     for k in range(s.coefficients.shape[1]):
@@ -193,7 +201,7 @@ class PointOnSide(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where the beam can touch obstacles."""
+    """Places at which the beam can touch obstacles."""
 
     shapes: AxisShapes
     radius: float  # m, of the hub
@@ -275,9 +283,10 @@ def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> 
 
 
 class AxisShapes(_PanelData):
-    """Few shape functions, each not zero anywhere: those of modes."""
+    """Few shape functions, each of which spans the beam: those of modes."""
 
     __slots__ = ()
+    bend = _bend
     bent_axis = _bent_axis
     take_shapes = _take_shapes
 

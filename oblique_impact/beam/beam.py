@@ -17,12 +17,11 @@ from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import flexibility_between, residual_flexibility
 from oblique_impact.beam.shaking import Shaking, shaking_of
-from oblique_impact.contact.axial import AxialFlexibility
+from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.state import Residual
-from oblique_impact.contact.yielding import Yielding
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
-from oblique_impact.kernels.workspace import Vectors
+from oblique_impact.kernels.workspace import Vectors, own_numbers
 from oblique_impact.scenario.scenario import Scenario
 
 _STIFFENED = 1e-3  # of the mass, small against it and far above rounding
@@ -186,7 +185,7 @@ class Beam:
         return contact_places(self.scenario, self.foreshortening)
 
     @cached_property
-    def axial_flexibility(self) -> AxialFlexibility | None:
+    def axial_flexibility(self) -> Flexibility | None:
         """Axial flexibility behind the friction at the places of contact; None if it is left out."""
         s, sections = self.scenario, self.operators.sections
         if not s.contact.axial_flexibility:
@@ -194,10 +193,10 @@ class Beam:
         x = np.linspace(0.0, sections.length, 2 if sections.area.x.size == 2 else _TABLE)
         along = np.array([x, sections.axial_flexibility(x)])
         if s.contact.where == "point":
-            return AxialFlexibility(along, np.array([s.contact.point]), np.ones(1))
+            return Flexibility.along(along, np.array([s.contact.point]), np.ones(1))
         places = np.array([place.numbers[0] if place.on_side else np.nan for place in self.contact_places])
         angles = [place.numbers[1] - s.initial.angle if place.on_side else 0.0 for place in self.contact_places]
-        return AxialFlexibility(along, places, np.where(np.cos(angles) >= 0.0, 1.0, -1.0))
+        return Flexibility.along(along, places, np.where(np.cos(angles) >= 0.0, 1.0, -1.0))
 
     def _places(self) -> Places | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""
@@ -251,7 +250,7 @@ class Beam:
         clamped = self.scenario.discretization.frame == "tangent"
         return float(residual_flexibility(self.operators, clamped, place)[0, 0])
 
-    def yielding(self) -> Yielding:
+    def yielding(self) -> Flexibility:
         """Return the residual flexibility of all places that can touch, for those without inertia.
 
         Obstacle points have the place at which they meet the straight beam.
@@ -263,7 +262,7 @@ class Beam:
         beside = np.sqrt(np.maximum(x * x + y * y - distance * distance, 0.0)) - reach
         places = np.where(sides, x, np.clip(beside, 0.0, s.beam.length))
         matrix = flexibility_between(self.operators, s.discretization.frame == "tangent", places)
-        return Yielding.new(matrix, s.beam.kelvin_voigt, numbers[:, 1], np.where(sides, 0.0, numbers[:, 4]))
+        return Flexibility.across(matrix, s.beam.kelvin_voigt, numbers[:, 1], np.where(sides, 0.0, numbers[:, 4]))
 
     def residual(self, q: Array) -> Residual:
         """Return the residual flexibility of the contact along the normal, at the coordinates q (d,)."""
@@ -295,6 +294,23 @@ class Beam:
     def split(self, q: Array) -> Array:
         """Return [theta, B] (..., n + 1) of the coordinates that are marched."""
         return q
+
+    def joined(self, q: Array) -> Array:
+        """Return the coordinates that are marched of [theta, B] (n + 1,)."""
+        return q
+
+    def state_of(self, q: Any, qd: Any) -> tuple[Array, Array]:
+        """Return coordinates and velocities at t = 0 of [theta, B] and their rates, each (n + 1,).
+
+        The speed of a driven root is that of its motion.  Raises InputError for a wrong shape.
+        """
+        shape = self.split(self.initial_state()[0]).shape
+        q, qd = (
+            own_numbers(np.asarray(part), shape, f"initial_state, {name}") for part, name in ((q, "q"), (qd, "qd"))
+        )
+        if self.scenario.root.kind == "driven":
+            qd[0] = self.motion.at(0.0).speed
+        return self.joined(q), self.joined(qd)
 
     @cached_property
     def masses(self) -> Array:
@@ -409,7 +425,7 @@ class FullBeam(Beam):
         assert self.operators.along is not None
         places, size = self.contact_places, self.size + 1
         return NodalPlaces(
-            HermiteShapes(self.operators.along.edges),
+            HermiteShapes.on(self.operators.along.edges),
             np.array([place.on_side for place in places]),
             np.array([place.numbers for place in places], dtype=float),
             np.zeros(size),
@@ -426,6 +442,10 @@ class FullBeam(Beam):
         """Return [theta, B] (..., n + 1) of W (..., n), with the angle of the mean-axis frame."""
         theta = (q @ self.operators.coupling / self.operators.inertia)[..., None]
         return np.concatenate([theta, q - theta * self.operators.rigid], axis=-1)
+
+    def joined(self, q: Array) -> Array:
+        """Return W (n,) of [theta, B] (n + 1,)."""
+        return np.asarray(q[1:] + q[0] * self.operators.rigid)
 
 
 def _quadratic(rows: Array, matrix: Matrix) -> Array:

@@ -290,7 +290,7 @@ def _passes_through_pegs(scenario: Scenario, variables: Mapping[str, Array]) -> 
 
 
 def _passage(variables: Mapping[str, Array], sample: int, obstacle: str) -> str:
-    """Say how deep and where the beam is below an obstacle."""
+    """Return how deep and where the beam is below an obstacle, as text."""
     depth, x = -1e3 * variables["clearance"][sample], variables["clearance_at"][sample]
     digits = np.format_float_positional(depth, 2, unique=False, fractional=False, trim="-")
     return f"passes {digits} mm below {obstacle} at x = {x:.3g} m"

@@ -296,6 +296,11 @@ def touch_beam(model: BeamModel, place: int, t: float, q: Array, qd: Array, w: W
 
 
 @jitable
+def take_beam_state(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> None:
+    """Do nothing: each place is evaluated from the coordinates."""
+
+
+@jitable
 def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
     """Gap, slip and gap rate of every place into `found` (places, 3)."""
     for i in range(found.shape[0]):
@@ -459,6 +464,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     solve_mass = solve_beam_mass
     add_tangent = add_beam_tangent
     damping_at = beam_damping
+    take_state = take_beam_state
     touch = touch_beam
     measure = measure_beam
     settle = settle_beam

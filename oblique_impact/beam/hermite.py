@@ -1,13 +1,15 @@
 """The axis of the bent beam in all nodes of a mesh: cubics on elements, n deflections and slopes of nodes.
 
-The coordinates are those of a beam on a pin: the slope of the root, then deflection and slope node by node.  What
-is asked for at a place takes O(n) numbers and operations, because the beam is shortened by the slopes of all
-elements before it.  On an element z goes from -1 to 1.
+The coordinates are those of a beam on a pin: the slope of the root, then deflection and slope node by node.  The
+beam is shortened by the slopes of all elements before a place; what these give is summed once for all places.  On
+an element z goes from -1 to 1.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
 
 from oblique_impact.beam.axis import Axis, panel_of
 from oblique_impact.kernels.jit import inlined, jitable
@@ -16,21 +18,14 @@ from oblique_impact.kernels.workspace import Array, Vectors
 Four = tuple[float, float, float, float]
 
 
-class Moved(NamedTuple):
-    """Displacements (m) and slope of the axis at a place, and their rates."""
-
-    u_x: float
-    u_y: float
-    slope: float
-    u_x_rate: float
-    u_y_rate: float
-    slope_rate: float
-
-
 class _Mesh(NamedTuple):
-    """Nodes of a mesh."""
+    """Nodes of a mesh, and integrals up to them of the slopes of the bent axis, see `Shapes.bend`."""
 
     edges: Array  # (elements + 1,) m, ascending from 0
+    squares: Array  # (elements + 1,) of u_y'^2 (m)
+    rates: Array  # (elements + 1,) of u_y' u_y'^.
+    turns: Array  # (elements + 1,) of u_y'^.^2
+    product: Array  # (n + 1,) H B of the whole beam, behind the entry of theta
 
 
 @inlined
@@ -80,7 +75,7 @@ def _overlap(p: Four, r: Four, z: float) -> float:
 
 
 @inlined
-def _whole(s: Any, element: int, B: Array) -> Four:
+def _whole(s: HermiteShapes, element: int, B: Array) -> Four:
     """Integrals over an element of u_y' times the derivatives of its four shape functions, see `_shape`."""
     length, k = s.edges[element + 1] - s.edges[element], 2 * element
     fall = (B[k - 1] if element > 0 else 0.0) - B[k + 1]
@@ -99,22 +94,29 @@ def _times(f: Four, element: int, B: Array) -> float:
 
 
 @jitable
-def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
-    """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
-    element, squared = panel_of(s.edges, x), 0.0
-    for k in range(element):
-        squared += _times(_whole(s, k, B), k, B)
-    return _axis_on(s, element, squared, x, B)
+def _bend(s: HermiteShapes, B: Array, Bd: Array) -> None:
+    """Take the integrals, see `oblique_impact.beam.axis.Shapes`."""
+    s.product[1] = 0.0
+    for k in range(s.edges.shape[0] - 1):
+        f = _whole(s, k, B)
+        if k > 0:  # the root has no deflection
+            s.product[2 * k] += f[0]
+        s.product[2 * k + 1] += f[1]
+        s.product[2 * k + 2], s.product[2 * k + 3] = f[2], f[3]
+        s.squares[k + 1] = s.squares[k] + _times(f, k, B)
+        s.rates[k + 1] = s.rates[k] + _times(f, k, Bd)
+        s.turns[k + 1] = s.turns[k] + _times(_whole(s, k, Bd), k, Bd)
 
 
 @jitable
-def _axis_on(s: Any, element: int, squared: float, x: float, B: Array) -> Axis:
-    """Bend the axis on an element, with the integral of the squared slope up to its start."""
+def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
+    """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
+    element = panel_of(s.edges, x)
     half = 0.5 * (s.edges[element + 1] - s.edges[element])
     inside = min(max(x, s.edges[0]), s.edges[-1])
     z, beyond = (inside - s.edges[element]) / half - 1.0, x - inside
     p = _cubic(s, element, B)
-    squared += _overlap(p, p, z) / half
+    squared = s.squares[element] + _overlap(p, p, z) / half
     slope, curvature = _rate(p, z) / half, (2.0 * p[2] + 6.0 * p[3] * z) / (half * half)
     if beyond != 0.0:
         curvature = 0.0
@@ -126,19 +128,14 @@ def _axis_on(s: Any, element: int, squared: float, x: float, B: Array) -> Axis:
 def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
     """Take shape functions at a place, see `oblique_impact.beam.axis.Shapes`."""
     shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
+    k, z, bending = axis.panel, axis.z, s.turns[axis.panel]
     for i in range(B.shape[0] + 1):
         shapes[i], slopes[i], HB[i] = 0.0, 0.0, 0.0
-    bending = 0.0
-    # entries stand behind that of theta; the root has no deflection
-    for k in range(axis.panel):
-        f = _whole(s, k, B)
-        bending += _times(_whole(s, k, Bd), k, Bd)
-        if k > 0:
-            HB[2 * k] += f[0]
-        HB[2 * k + 1] += f[1]
-        HB[2 * k + 2] += f[2]
-        HB[2 * k + 3] += f[3]
-    k, z = axis.panel, axis.z
+    for i in range(2 * k):
+        HB[i] = s.product[i]
+    if k > 0:
+        f = _whole(s, k - 1, B)
+        HB[2 * k], HB[2 * k + 1] = f[2], f[3]
     half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
     bending += _overlap(rate, rate, z) / half
     for which in range(4):
@@ -158,55 +155,23 @@ def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) 
 
 
 @jitable
-def shorten_elements(s: HermiteShapes, B: Array, Bd: Array, squares: Array, rates: Array) -> None:
-    """Integrals of u_y'^2 and u_y' u_y'^. from the root to each edge, (elements + 1,) or longer."""
-    squares[0], rates[0] = 0.0, 0.0
-    for k in range(s.edges.shape[0] - 1):
-        f = _whole(s, k, B)
-        squares[k + 1] = squares[k] + _times(f, k, B)
-        rates[k + 1] = rates[k] + _times(f, k, Bd)
-
-
-@jitable
-def move_point(s: HermiteShapes, x: float, B: Array, Bd: Array, squares: Array, rates: Array) -> Moved:
-    """Displacements and slope at a place x (m) of the beam with their rates, see `shorten_elements`."""
-    x = min(max(x, s.edges[0]), s.edges[-1])
-    k = panel_of(s.edges, x)
+def axis_rates(s: HermiteShapes, axis: Axis, B: Array, Bd: Array) -> tuple[float, float, float]:
+    """Rates of displacements and slope at a place of the beam."""
+    k, z = axis.panel, axis.z
     half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
-    z = (x - s.edges[k]) / half - 1.0
-    return Moved(
-        -0.5 * (squares[k] + _overlap(p, p, z) / half),
-        _value(p, z),
-        _rate(p, z) / half,
-        -(rates[k] + _overlap(p, rate, z) / half),
-        _value(rate, z),
-        _rate(rate, z) / half,
-    )
+    return -(s.rates[k] + _overlap(p, rate, z) / half), _value(rate, z), _rate(rate, z) / half
 
 
 class HermiteShapes(_Mesh):
     """Cubic Hermite functions on the elements of a mesh."""
 
     __slots__ = ()
+    bend = _bend
     bent_axis = _bent_axis
     take_shapes = _take_shapes
 
-
-@jitable
-def _shortened_axis(s: ShortenedAxis, x: float, B: Array, polynomial: Array) -> Axis:
-    element = panel_of(s.edges, x)
-    return _axis_on(s, element, s.squares[element], x, B)
-
-
-class _ShortenedMesh(NamedTuple):
-    """Nodes of a mesh, and integrals of the squared slope up to them."""
-
-    edges: Array  # (elements + 1,) m, ascending from 0
-    squares: Array  # (elements + 1,) m, or longer; see `shorten_elements`
-
-
-class ShortenedAxis(_ShortenedMesh):
-    """The bent axis of a mesh whose foreshortening is known at its nodes: any place of it in O(1)."""
-
-    __slots__ = ()
-    bent_axis = _shortened_axis
+    @classmethod
+    def on(cls, edges: Array) -> HermiteShapes:
+        """Return those of a straight beam between nodes (elements + 1,), m."""
+        n = edges.size
+        return cls(edges, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(2 * n))

@@ -27,7 +27,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, place_of, touch_peg
 from oblique_impact.beam.floating_frame import kinematics, touch_side
-from oblique_impact.beam.hermite import HermiteShapes, ShortenedAxis, move_point, shorten_elements
+from oblique_impact.beam.hermite import HermiteShapes, axis_rates
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
@@ -53,10 +53,11 @@ MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
 # slopes there
 COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE, CONTACT_SLOPE = range(8)
 _LANES = 4
+Three = tuple[Array, Array, Array]
 
 
 class NodalPlaces(NamedTuple):
-    """Where the beam can touch obstacles, and its state in the floating frame for the rows there."""
+    """Places at which the beam can touch obstacles, and its state in the floating frame for the rows there."""
 
     shapes: HermiteShapes
     on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam
@@ -169,20 +170,28 @@ def _contact(
 
 
 @jitable
-def _split(places: NodalPlaces, model: NodalModel, q: Array, qd: Array) -> None:
-    """Take the state into the floating frame, where the rows of places are known."""
+def _take_state(places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array) -> None:
+    """Take the state into the floating frame, where the rows of places are known; of a model that has any."""
+    if places is None:
+        return
     frame, frame_qd = places.q, places.qd
     frame[0], frame_qd[0] = _frame(model, q, qd)
     for j in range(q.shape[0]):
         frame[j + 1] = q[j] - frame[0] * model.vectors[RIGID, j]
         frame_qd[j + 1] = qd[j] - frame_qd[0] * model.vectors[RIGID, j]
+    places.shapes.bend(frame[1:], frame_qd[1:])
 
 
 @jitable
-def _touch_place(places: NodalPlaces, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
+def take_nodal_state(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> None:
+    """Take the state in which places are touched and measured."""
+    _take_state(model.places, model, q, qd)
+
+
+@jitable
+def _touch_place(places: NodalPlaces, model: NodalModel, i: int, w: Workspace) -> Evaluation:
     """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
     frame, frame_qd, v = places.q, places.qd, places.vectors
-    _split(places, model, q, qd)
     n, B, Bd = places.numbers[i], frame[1:], frame_qd[1:]
     if places.on_side[i]:
         axis = places.shapes.bent_axis(n[0], B, v.polynomial)
@@ -209,62 +218,58 @@ def _turn_row(model: NodalModel, row: Array, target: Array) -> None:
 
 
 @jitable
-def _touch(places: NodalPlaces | None, model: NodalModel, i: int, q: Array, qd: Array, w: Workspace) -> Evaluation:
+def _touch(places: NodalPlaces | None, model: NodalModel, i: int, w: Workspace) -> Evaluation:
     """Evaluate one of several places; the compiler drops this of a model that has none."""
     if places is None:
         return Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return _touch_place(places, model, i, q, qd, w)
+    return _touch_place(places, model, i, w)
 
 
 @jitable
 def touch_nodal(model: NodalModel, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-    """Fill the contact rows of one of several places."""
-    return _touch(model.places, model, place, q, qd, w)
+    """Fill the contact rows of one of several places in the state that was taken last."""
+    return _touch(model.places, model, place, w)
 
 
 @jitable
-def _measure_peg(places: NodalPlaces, peg: Peg, found: Array) -> None:
-    """Gap, slip and gap rate of a peg as in `touch_peg`, with the foreshortening of the elements known."""
-    theta, spin, B, Bd, v = places.q[0], places.qd[0], places.q[1:], places.qd[1:], places.vectors
-    squares, rates = v.product_a, v.product_b
-    c, s = np.cos(theta), np.sin(theta)
+def _measure_peg(places: NodalPlaces, peg: Peg, c: float, s: float, found: Array) -> None:
+    """Gap, slip and gap rate of a peg as in `touch_peg`; c and s are cosine and sine of the frame's angle."""
+    spin, B, Bd = places.qd[0], places.q[1:], places.qd[1:]
     X, Y = peg.x * c + peg.y * s, peg.y * c - peg.x * s
-    x, axis = place_of(ShortenedAxis(places.shapes.edges, squares), 0.0, X, Y, B, v.polynomial)
-    at, steep = move_point(places.shapes, x, B, Bd, squares, rates), 1.0 - 0.5 * axis.slope * axis.slope
+    x, axis = place_of(places.shapes, 0.0, X, Y, B, places.vectors.polynomial)
+    u_x_rate, u_y_rate, _ = axis_rates(places.shapes, axis, B, Bd)
+    steep = 1.0 - 0.5 * axis.slope * axis.slope
     stretch = np.sqrt(steep * steep + axis.slope * axis.slope)
     nx, ny = -peg.side * axis.slope / stretch, peg.side * steep / stretch
     rx, ry = x + axis.u_x, axis.u_y
     found[0], found[1] = nx * (rx - X) + ny * (ry - Y) - peg.distance, -x
-    found[2] = nx * (at.u_x_rate - spin * ry) + ny * (at.u_y_rate + spin * rx)
+    found[2] = nx * (u_x_rate - spin * ry) + ny * (u_y_rate + spin * rx)
 
 
 @jitable
-def _measure_places(
-    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, w: Workspace, found: Array
-) -> None:
-    """Measure all places in O(elements); the compiler drops this of a model that has none."""
+def _measure_places(places: NodalPlaces | None, found: Array) -> None:
+    """Measure all places, each in O(1); the compiler drops this of a model that has none."""
     if places is None:
         return
-    _split(places, model, q, qd)
     theta, spin, B, Bd = places.q[0], places.qd[0], places.q[1:], places.qd[1:]
-    squares, rates = places.vectors.product_a, places.vectors.product_b
-    shorten_elements(places.shapes, B, Bd, squares, rates)
+    cosine, sine = np.cos(theta), np.sin(theta)
     for i in range(found.shape[0]):
         n = places.numbers[i]
         if not places.on_side[i]:
-            _measure_peg(places, Peg(n[0], n[1], n[2], n[3], n[4]), found[i])
+            _measure_peg(places, Peg(n[0], n[1], n[2], n[3], n[4]), cosine, sine, found[i])
             continue
-        at, fibre, turning, angle = (
-            move_point(places.shapes, n[0], B, Bd, squares, rates),
+        axis, fibre, turning, angle = (
+            places.shapes.bent_axis(n[0], B, places.vectors.polynomial),
             n[4],
             n[5],
             theta - n[1],
         )
+        u_x_rate, u_y_rate, slope_rate = axis_rates(places.shapes, axis, B, Bd)
         c, s = np.cos(angle), np.sin(angle)
-        x = n[0] + at.u_x - fibre * at.slope
-        y = at.u_y + (fibre - 0.5 * turning * at.slope * at.slope)
-        x_rate = at.u_x_rate - fibre * at.slope_rate - spin * y
-        y_rate = at.u_y_rate - turning * at.slope * at.slope_rate + spin * x
+        x = n[0] + axis.u_x - fibre * axis.slope
+        y = axis.u_y + (fibre - 0.5 * turning * axis.slope * axis.slope)
+        x_rate = u_x_rate - fibre * slope_rate - spin * y
+        y_rate = u_y_rate - turning * axis.slope * slope_rate + spin * x
         found[i, 0], found[i, 1] = x * s + y * c - n[2], x * c - y * s - n[3]
         found[i, 2] = s * x_rate + c * y_rate
 
@@ -272,12 +277,13 @@ def _measure_places(
 @jitable
 def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
     """Gap, slip and gap rate of every place into `found` (places, 3)."""
-    _measure_places(model.places, model, q, qd, w, found)
+    _take_state(model.places, model, q, qd)
+    _measure_places(model.places, found)
 
 
 @jitable
 def _keep_means(massless: MeanVelocities | None, mean: Array, v: Array) -> None:
-    """Let `v` be `mean` but for its means on the elements; the compiler drops this of nodes with inertia."""
+    """Replace `v` by `mean`, but for its means on the elements; the compiler drops this for nodes with inertia."""
     if massless is None:
         return
     b, r, n = massless.means, massless.motions, v.shape[0]
@@ -296,7 +302,7 @@ def _keep_means(massless: MeanVelocities | None, mean: Array, v: Array) -> None:
 
 @jitable
 def settle_nodal(model: NodalModel, mean: Array, v: Array) -> None:
-    """Let what has no inertia have the velocities `mean`, which change; only with such a mesh."""
+    """Give motions without inertia the velocities `mean`, which change; only for meshes without nodal inertia."""
     _keep_means(model.massless, mean, v)
 
 
@@ -309,7 +315,8 @@ def _contact_at(
         k, gap_rate, slip_rate = _contact(model, q, qd, rows, biased, w)
         return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, 0.0, 0.0, 0.0)
     if model.place >= 0:
-        return _touch_place(places, model, model.place, q, qd, w)
+        _take_state(places, model, q, qd)
+        return _touch_place(places, model, model.place, w)
     for i in range(q.shape[0]):
         w.vectors.normal_row[i] = 0.0
         w.vectors.tangential_row[i] = 0.0
@@ -475,32 +482,41 @@ def _solve(model: NodalModel, rank_one: float, factors: Array, response: Array, 
 
 
 @jitable
-def _solve_contact(
-    model: NodalModel, rank_one: float, factors: Array, response: Array, right: Array, x: Array, w: Workspace
+def _solve_three(
+    model: NodalModel, rank_one: float, factors: Array, response: Array, columns: Array, rights: Three, xs: Three
 ) -> bool:
-    """Solve for a vector and for the contact rows side by side; see `_solve`."""
-    columns, v, u = w.factor, w.vectors, model.vectors
-    normal_row, tangential_row = v.normal_row, v.tangential_row
-    normal_response, tangential_response = v.normal_response, v.tangential_response
-    n = right.shape[0]
+    """Solve for three vectors side by side, in `columns`; see `_solve`."""
+    coupling, n = model.vectors[COUPLING], response.shape[0]
+    right_a, right_b, right_c = rights
+    x_a, x_b, x_c = xs
     for i in range(n):
-        columns[i, 0], columns[i, 1], columns[i, 2] = right[i], normal_row[i], tangential_row[i]
+        columns[i, 0], columns[i, 1], columns[i, 2] = right_a[i], right_b[i], right_c[i]
     solve_band_columns(factors, columns)
     a, b, c, own = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        a += u[COUPLING, i] * columns[i, 0]
-        b += u[COUPLING, i] * columns[i, 1]
-        c += u[COUPLING, i] * columns[i, 2]
-        own += u[COUPLING, i] * response[i]
+        a += coupling[i] * columns[i, 0]
+        b += coupling[i] * columns[i, 1]
+        c += coupling[i] * columns[i, 2]
+        own += coupling[i] * response[i]
     pivot = 1.0 + rank_one * own
     if not pivot > 0.0:
         return False
     share = rank_one / pivot
     for i in range(n):
-        x[i] = columns[i, 0] - share * a * response[i]
-        normal_response[i] = columns[i, 1] - share * b * response[i]
-        tangential_response[i] = columns[i, 2] - share * c * response[i]
+        x_a[i] = columns[i, 0] - share * a * response[i]
+        x_b[i] = columns[i, 1] - share * b * response[i]
+        x_c[i] = columns[i, 2] - share * c * response[i]
     return True
+
+
+@jitable
+def _solve_contact(
+    model: NodalModel, rank_one: float, factors: Array, response: Array, right: Array, x: Array, w: Workspace
+) -> bool:
+    """Solve for a vector and for the contact rows; see `_solve`."""
+    v = w.vectors
+    rights, xs = (right, v.normal_row, v.tangential_row), (x, v.normal_response, v.tangential_response)
+    return _solve_three(model, rank_one, factors, response, w.factor, rights, xs)
 
 
 @jitable
@@ -542,6 +558,20 @@ def solve_nodal_effective(model: NodalModel, rank_one: float, w: Workspace, slot
         _solve(model, rank_one, factors, response, right, x)
 
 
+@jitable
+def solve_nodal_rows(
+    model: NodalModel, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
+) -> None:
+    """S^-1 of the contact rows of many places, three at a time; the last ones perhaps twice."""
+    last = rows.shape[0] * sides - 1
+    for first in range(0, last + 1, 3):
+        i, j, k = first, min(first + 1, last), min(first + 2, last)
+        a, b, c = i % sides, j % sides, k % sides
+        i, j, k = i // sides, j // sides, k // sides
+        rights, xs = (rows[i, a], rows[j, b], rows[k, c]), (responses[i, a], responses[j, b], responses[k, c])
+        _solve_three(model, rank_one, w.effective[slot], w.vectors.rank_one[slot], w.factor, rights, xs)
+
+
 class NodalModel(_NodalData):
     """The nodal beam as a :class:`~oblique_impact.kernels.system.System`."""
 
@@ -555,7 +585,9 @@ class NodalModel(_NodalData):
     mass_product = multiply_nodal_mass
     factor_effective = factor_nodal_effective
     solve_effective = solve_nodal_effective
+    solve_rows = solve_nodal_rows
     damping_at = nodal_damping
+    take_state = take_nodal_state
     touch = touch_nodal
     measure = measure_nodal
     settle = settle_nodal

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.beam.axis import panel_of
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array
 
@@ -52,23 +53,16 @@ def shaking_of(scenario: Scenario) -> Shaking | None:
 def base_acceleration(shaking: Shaking, t: float) -> float:
     """Acceleration (m/s^2) at t (s); before the first and after the last row of a table it is theirs."""
     table = shaking.table
-    rows = table.shape[0]
-    if rows == 0:
+    if table.shape[0] == 0:
         phase = 2.0 * math.pi * (shaking.frequency + 0.5 * shaking.sweep_rate * t) * t
         return shaking.acceleration * math.sin(phase)
-    low, high = 0, rows - 1
-    if t <= table[low, 0]:
-        return float(table[low, 1])
-    if t >= table[high, 0]:
-        return float(table[high, 1])
-    while high - low > 1:
-        middle = (low + high) // 2
-        if table[middle, 0] <= t:
-            low = middle
-        else:
-            high = middle
-    part = (t - table[low, 0]) / (table[high, 0] - table[low, 0])
-    return float(table[low, 1] + part * (table[high, 1] - table[low, 1]))
+    if t <= table[0, 0]:
+        return float(table[0, 1])
+    if t >= table[-1, 0]:
+        return float(table[-1, 1])
+    k = panel_of(table[:, 0], t)
+    part = (t - table[k, 0]) / (table[k + 1, 0] - table[k, 0])
+    return float(table[k, 1] + part * (table[k + 1, 1] - table[k, 1]))
 
 
 @inlined

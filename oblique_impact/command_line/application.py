@@ -15,7 +15,7 @@ from oblique_impact.command_line.modes import modes
 from oblique_impact.command_line.pictures import export, render
 from oblique_impact.command_line.run import run
 from oblique_impact.command_line.scenarios import init, scenarios, schema
-from oblique_impact.command_line.studies import compare, refine, reproduce, sweep, validate
+from oblique_impact.command_line.studies import compare, fit, refine, reproduce, sweep, validate
 from oblique_impact.errors import InputError, Interrupted, Outcome
 
 #: shells ask for completions by this variable (typer derives it from the name of the program)
@@ -32,6 +32,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
         refine,
         compare,
         sweep,
+        fit,
         export,
         validate,
         reproduce,

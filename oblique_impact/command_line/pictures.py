@@ -24,11 +24,13 @@ Size = Annotated[str, Option(help="WIDTHxHEIGHT in pixels, of films even; of one
 Fps = Annotated[int, Option(help="Films: frames per second.")]
 Speed = Annotated[float | None, Option(help="Films: physical over film time in flight.")]
 ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
-Seconds = Annotated[float | None, Option(help="Films: so long, if no speed is given; default 20.")]
+Seconds = Annotated[float | None, Option(help="Films: so long (s), if no speed is given; default 20.")]
 Frames = Annotated[int | None, Option(help="Films: exactly so many frames.")]
 Deformation = Annotated[float | None, Option(help="Deformation factor; default: chosen.")]
 Camera = Annotated[str, Option(help="oblique, front or above.")]
-ThemeOption = Annotated[str | None, Option("--theme", help="light, dark or print; of a page light, dark or auto.")]
+ThemeOption = Annotated[
+    str | None, Option("--theme", help="light, dark or print; of a page light, dark or auto (default).")
+]
 Letters = Annotated[float | None, Option(help="Size of text (points); default 10.")]
 Dpi = Annotated[float | None, Option(help="Pixels per inch; default: the picture fills a slide.")]
 LayoutName = Annotated[str, Option(help="Of several histories: side-by-side or overlay.")]

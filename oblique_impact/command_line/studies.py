@@ -1,4 +1,4 @@
-"""The commands `validate`, `refine`, `reproduce`, `sweep` and `compare`."""
+"""The commands `validate`, `refine`, `reproduce`, `sweep`, `fit` and `compare`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def validate(
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check everything against something outside it; writes report.html, results.json and results.csv."""
+    """Check the program against closed forms, published tables and other programs; writes a report."""
     from oblique_impact.validation.suite import counts, select
     from oblique_impact.validation.suite import validate as compute
 
@@ -71,7 +71,10 @@ def refine(
         ),
     ] = None,
     predictability: Annotated[
-        bool, typer.Option("--predictability", help="Judge by perturbed runs whether event times mean anything.")
+        bool,
+        typer.Option(
+            "--predictability", help="Sensitivity of event times, from runs with perturbed initial angles."
+        ),
     ] = False,
     study: Annotated[
         str | None,
@@ -194,6 +197,31 @@ def sweep(
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, **how)
     print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
+
+
+def fit(
+    scenario: ScenarioArgument,
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="A CSV file with units in its header.")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option("--vary", metavar="KEY[=LOW:HIGH]", help="A key to be found; repeatable."),
+    ] = None,
+    starts: Annotated[int, typer.Option(help="Starts of the search.")] = 4,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/fit"),
+    changes: SetOption = None,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Find keys of a scenario from measured data; writes report.html, results.json, .csv and scenario.toml."""
+    from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.validation.studies.fitting import fit as compute
+    from oblique_impact.validation.studies.fitting import lines
+
+    base = Scenario.load(scenario, changes or [])
+    how: dict[str, Any] = {"starts": starts, "out": out, "workers": workers, "name": scenario}
+    with counting_bar("fit") as show:
+        result = compute(base, data, vary=vary or (), on_progress=show, **how)
+    print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
 def compare(

@@ -201,7 +201,7 @@ def drift_of(stick: Stick, c: Instant) -> float:
 @inlined
 def axial_force(stick: Stick, slip: float) -> float:
     """Tangential force (N) of a contact that sticks on the axial flexibility, at its slip (m)."""
-    return (stick.slip - slip) / abs(stick.compliance)
+    return (stick.slip - slip) / stick.compliance
 
 
 @inlined
@@ -216,7 +216,7 @@ def slip_velocity(phase: Phase, c: Instant) -> float:
     """Velocity (m/s) that friction sees while a contact slides, as its force stretches the axis."""
     if phase.stick.compliance == 0.0:
         return c.slip_rate
-    return c.slip_rate + abs(phase.stick.compliance) * friction_rate(phase, c)
+    return c.slip_rate + phase.stick.compliance * friction_rate(phase, c)
 
 
 @jitable

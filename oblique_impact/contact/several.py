@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact.axial import shared_flexibility
 from oblique_impact.contact.forces import (
     MASS_NOT_POSITIVE,
     NEARLY_PAINLEVE,
@@ -52,6 +51,7 @@ from oblique_impact.contact.state import (
     LOWEST,
     NO_CONTACT,
     NORMAL_FORCE,
+    SENSE,
     SIDE,
     SLIDING,
     SLIP,
@@ -85,7 +85,7 @@ def phase_of(shared: Phase, arrays: ContactArrays, i: int) -> Phase:
         int(row[STATE]),
         Stop(stop.compliant, stop.massless, row[STIFFNESS], stop.damping, stop.law, row[CELL], share, fading),
         Branch(row[INTERCEPT], row[SLOPE], row[LOWEST], row[HIGHEST]),
-        Stick(row[STATIC], row[KEPT_SLIP], row[HELD], row[COMPLIANCE]),
+        Stick(row[STATIC], row[KEPT_SLIP], row[HELD], row[COMPLIANCE], row[SENSE]),
         shared.stabilization,
         Surface(surface.enabled, row[SIDE], row[FIRST], row[LAST]),
         shared.residual,
@@ -98,6 +98,12 @@ def row_of(phase: Phase) -> list[float]:
     friction, stick, surface = phase.friction, phase.stick, phase.surface
     ends = surface.side, surface.first, surface.last
     return [float(phase.state), *friction, *stick, *ends, phase.stop.stiffness, phase.stop.cell]
+
+
+@inlined
+def shared_flexibility(row: Array, other: Array) -> float:
+    """Displacement (m/N) along the tangent of one contact by a force along that of another, by their rows."""
+    return float(row[SENSE] * other[SENSE] * min(row[COMPLIANCE], other[COMPLIANCE]))
 
 
 @inlined
@@ -127,7 +133,9 @@ def contact_phase(arrays: ContactArrays | None, phase: Phase, i: int) -> Phase:
             phase.state,
             Stop(stop.compliant, stop.massless, stop.stiffness, stop.damping, stop.law, 0.0, 1.0, 0.0),
             Branch(friction.intercept, friction.slope, friction.lower, friction.upper),
-            Stick(phase.stick.static, phase.stick.slip, phase.stick.held, phase.stick.compliance),
+            Stick(
+                phase.stick.static, phase.stick.slip, phase.stick.held, phase.stick.compliance, phase.stick.sense
+            ),
             phase.stabilization,
             Surface(surface.enabled, surface.side, surface.first, surface.last),
             phase.residual,
@@ -199,6 +207,7 @@ def touch_contacts(
     Returns the smallest distance (m) of a contact in flight and the largest gap rate (m/s).
     """
     least, fastest = 1e300, 0.0
+    system.take_state(t, q, qd, w)
     for i in range(arrays.rows.shape[0]):
         k, c = system.touch(i, t, q, qd, w), arrays.instants[i]
         c[GAP], c[SLIP], c[GAP_RATE], c[SLIP_RATE] = k.gap, k.slip, k.gap_rate, k.slip_rate
@@ -224,6 +233,7 @@ def take_contacts(
     v, least, fastest = w.vectors, 1e300, 0.0
     normal_row, tangential_row = v.normal_row, v.tangential_row
     normal_response, tangential_response = v.normal_response, v.tangential_response
+    system.take_state(t, q, qd, w)
     for i in range(arrays.rows.shape[0]):
         k = system.touch(i, t, q, qd, w)
         fastest = max(fastest, abs(k.gap_rate))
@@ -275,9 +285,9 @@ def axially_held(arrays: ContactArrays) -> int:
 def _stretch(arrays: ContactArrays, m: int) -> bool:
     """Solve for m forces that give displacements along the axis, in column m of the matrix, or for their rates."""
     for k in range(m):
-        own = arrays.rows[int(arrays.unknowns[k, 0]), COMPLIANCE]
+        own = arrays.rows[int(arrays.unknowns[k, 0])]
         for column in range(m):
-            other = arrays.rows[int(arrays.unknowns[column, 0]), COMPLIANCE]
+            other = arrays.rows[int(arrays.unknowns[column, 0])]
             arrays.matrix[k, column] = shared_flexibility(own, other)
     return eliminate(arrays.matrix, m)
 
@@ -292,7 +302,7 @@ def _hold_axially(arrays: ContactArrays, acceleration: Array) -> bool:
         i = int(arrays.unknowns[k, 0])
         moved = arrays.rows[i, KEPT_SLIP] - arrays.travel[i]
         for j in range(arrays.rows.shape[0]):
-            shared = shared_flexibility(arrays.rows[i, COMPLIANCE], arrays.rows[j, COMPLIANCE])
+            shared = shared_flexibility(arrays.rows[i], arrays.rows[j])
             moved -= shared * arrays.instants[j, TANGENTIAL_FORCE]  # 0 of those that stick
         arrays.matrix[k, m] = moved
     if not _stretch(arrays, m):
@@ -311,7 +321,7 @@ def _yielding_to_sliding(arrays: ContactArrays, phase: Phase, i: int) -> float:
     rate = 0.0
     for j in range(arrays.rows.shape[0]):
         if j != i and arrays.rows[j, STATE] == SLIDING:
-            shared = shared_flexibility(arrays.rows[i, COMPLIANCE], arrays.rows[j, COMPLIANCE])
+            shared = shared_flexibility(arrays.rows[i], arrays.rows[j])
             rate += shared * friction_rate(phase_of(phase, arrays, j), instant_at(arrays, j))
     return rate
 
@@ -350,8 +360,8 @@ def _take_yielding(arrays: ContactArrays, phase: Phase) -> None:
         if arrays.rows[i, STATE] == SLIDING:
             arrays.yielding[i] = _yielding_to_sliding(arrays, phase, i)
             for k in range(m):
-                other = arrays.rows[int(arrays.unknowns[k, 0]), COMPLIANCE]
-                arrays.yielding[i] += shared_flexibility(arrays.rows[i, COMPLIANCE], other) * arrays.matrix[k, m]
+                other = arrays.rows[int(arrays.unknowns[k, 0])]
+                arrays.yielding[i] += shared_flexibility(arrays.rows[i], other) * arrays.matrix[k, m]
 
 
 @jitable

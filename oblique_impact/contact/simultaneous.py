@@ -84,7 +84,7 @@ class GroupProbe(Protocol):
 
 @dataclass
 class Change:
-    """What a transition changes: the states of contacts, events in their order, impulses by contact."""
+    """Changes by a transition: the states of contacts, events in their order, impulses by contact."""
 
     phases: dict[int, Phase] = field(default_factory=dict)
     events: list[tuple[int, EventKind]] = field(default_factory=list)
@@ -155,8 +155,7 @@ class ContactMachines:
             if instant.gap < -self.tolerances.gap and beyond:
                 below[i] = machine.below()
             elif (
-                instant.gap <= self.tolerances.gap
-                and instant.gap_rate <= self.tolerances.velocity
+                not machine.is_apart(instant)
                 and not beyond
                 and not (machine.stick_criterion and machine.stick_criterion.located)  # falls in the first step
             ):

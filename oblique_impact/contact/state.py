@@ -47,14 +47,14 @@ class Stick(NamedTuple):
     at which it touches moves without slipping.  There is no slip then to come back to, its rate alone is zero.
 
     With the axial flexibility of the beam in the tangential row the material is at Z_tau + compliance lambda_tau,
-    and it is that which is kept at `slip`; see `oblique_impact.contact.axial`.
+    and it is that which is kept at `slip`; see `oblique_impact.contact.flexibility`.
     """
 
     static: float = -1.0  # negative: a law without a stick state
     slip: float = 0.0  # m
     held: float = 1.0  # 0.0 of a point that rolls
-    #: m/N, the axial flexibility; 0: the beam does not stretch.  Its sign is that of `AxialFlexibility.senses`
-    compliance: float = 0.0
+    compliance: float = 0.0  # m/N, the axial flexibility; 0: the beam does not stretch
+    sense: float = 1.0  # of its tangent, 1: away from the root, -1: towards it
 
 
 class Baumgarte(NamedTuple):
@@ -92,14 +92,14 @@ class Residual(NamedTuple):
 
 
 #: columns of `ContactArrays.rows`
-STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, COMPLIANCE = range(9)
-SIDE, FIRST, LAST, STIFFNESS, CELL = range(9, 14)
+STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, COMPLIANCE, SENSE = range(10)
+SIDE, FIRST, LAST, STIFFNESS, CELL = range(10, 15)
 
 
 class ContactArrays(NamedTuple):
     """States of n contacts, and arrays for their problem at an instant in a system of d degrees of freedom."""
 
-    rows: Array  # (n, 13) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
+    rows: Array  # (n, 15) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
     instants: Array  # (n, 13) the fields of `Instant`, each contact's accelerations without any contact force
     biases: Array  # (n, 2) accelerations of gap and slip without q''
     directions: Array  # (n, 2, d) D_n, D_tau of the closed contacts
@@ -112,7 +112,7 @@ class ContactArrays(NamedTuple):
 
     @classmethod
     def new(cls, rows: Array, size: int) -> ContactArrays:
-        """Allocate the arrays of n contacts, `rows` (n, 13), of a system with `size` degrees of freedom."""
+        """Allocate the arrays of n contacts, `rows` (n, 15), of a system with `size` degrees of freedom."""
         n = len(rows)
         shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2), (n,), (n,)
         return cls(rows, *(np.zeros(shape) for shape in shapes))

@@ -74,6 +74,10 @@ class ContactLaw(ABC):
         force = float(stop_force(self.stop, Residual(compliance), gap, 0.0))
         return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force * force
 
+    def peak_energy(self, depth: float, force: float, compliance: float) -> float:
+        """Largest energy (J) stored in a contact of the given largest depth (m) and force (N), see `energy`."""
+        return self.energy(-depth, compliance)
+
     def at(self, slip: float) -> ContactLaw:
         """Return the law at a place (m along the side), which is the same everywhere but on a bedding."""
         return self
@@ -177,6 +181,10 @@ class Bedding(ElasticStop):
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""
         return self.at(instant.slip).force(instant)
+
+    def peak_energy(self, depth: float, force: float, compliance: float) -> float:
+        """Largest energy (J) stored in a contact, on which perhaps a part of the cell alone has borne."""
+        return min(super().peak_energy(depth, force, compliance), 0.5 * force * depth)
 
 
 def elastic_stop(

@@ -112,7 +112,7 @@ class ContactProbe(Protocol):
 
 
 class StickCriterion(NamedTuple):
-    """How a scheme distinguishes stick from slip itself; see `can_stick`."""
+    """Criterion by which a scheme itself distinguishes stick from slip; see `can_stick`."""
 
     stopping_time: float  # s; the length of a step, or infinite for the paper's literal criterion
     located: bool = False  # transitions are located, and their guards say what follows
@@ -143,8 +143,9 @@ class ContactMachine:
     rolls : bool
         Whether a point of an obstacle touches the beam, see `Stick`; else a point of the beam a side.
     axial : callable, optional
-        Axial flexibility (m/N) behind the friction of a contact that begins at a slip (m).  The stop is then an
-        :class:`~oblique_impact.contact.stops.ElasticStop` without damping, the friction is Coulomb's.
+        Axial flexibility (m/N) behind the friction of a contact that begins at a slip (m), and the sense of its
+        tangent, see `Stick`.  The stop is then an :class:`~oblique_impact.contact.stops.ElasticStop` without
+        damping, the friction is Coulomb's.
     """
 
     def __init__(
@@ -157,7 +158,7 @@ class ContactMachine:
         contact_law: ContactLaw | None = None,
         extent: tuple[float, ...] = (),
         rolls: bool = False,
-        axial: Callable[[float], float] | None = None,
+        axial: Callable[[float], tuple[float, float]] | None = None,
     ) -> None:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances, self.axial = tolerances, axial
@@ -196,9 +197,12 @@ class ContactMachine:
         instant, tolerances = probe.instant, self.tolerances
         if instant.gap < -tolerances.gap and self.is_beyond(instant.slip):
             return Transition(self.below(), None)
-        if instant.gap > tolerances.gap or instant.gap_rate > tolerances.velocity:
-            return Transition(self.free(), None)
-        return self.touch(probe)
+        return Transition(self.free(), None) if self.is_apart(instant) else self.touch(probe)
+
+    def is_apart(self, instant: Instant) -> bool:
+        """Whether nothing touches at the start of a run; a stop that is pressed in still pushes as it opens."""
+        pressed = self.contact_law is not None and instant.gap < -self.tolerances.gap
+        return instant.gap > self.tolerances.gap or (instant.gap_rate > self.tolerances.velocity and not pressed)
 
     def after_guard(self, phase: Phase, guard: int, probe: ContactProbe) -> Transition:
         """Return the transition after `guard` of `phase` fell; raises RunEnded where no state exists."""
@@ -264,7 +268,8 @@ class ContactMachine:
         It sticks if the tangential force grows more slowly than the friction cone.
         """
         assert self.axial is not None
-        opened = opened._replace(stick=opened.stick._replace(compliance=float(self.axial(instant.slip))))
+        compliance, sense = self.axial(instant.slip)
+        opened = opened._replace(stick=opened.stick._replace(compliance=compliance, sense=sense))
         stuck, direction = stick_at(opened, instant), _direction(instant.slip_rate)
         edge = stuck._replace(friction=Branch(-direction * stuck.stick.static, 0.0, -inf, inf))
         # one that is found pressed in has no tangential force yet, and begins well inside of its cone

@@ -29,6 +29,12 @@ def jumps(times: Array) -> NDArray[np.bool_]:
     return np.asarray(times[1:] == np.nextafter(times[:-1], np.inf))
 
 
+def sides(times: Array) -> NDArray[np.int64]:
+    """Return -1 for samples left of a jump, 1 for those right of it, 0 elsewhere, (samples,)."""
+    jump = jumps(times)
+    return np.where(np.append(False, jump), 1, np.where(np.append(jump, False), -1, 0))
+
+
 def pieces(times: Array) -> list[NDArray[np.intp]]:
     """Return the indices of the samples between jumps, an array for each smooth piece."""
     return list(np.split(np.arange(times.size), np.flatnonzero(jumps(times)) + 1))

@@ -108,7 +108,7 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
 
 
 def _press_into_points(beam: Beam, found: dict[str, Column]) -> None:
-    """Let the clearance be the gap of a closed contact with a point where it is pressed in.
+    """Set the clearance to the gap of a closed contact with a point that is pressed in.
 
     The distance of the axis from a point does not say on which side of it the axis is, the contact does.
     """

@@ -206,7 +206,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
     """
     energies = samples.kinetic, samples.elastic, samples.gravity
     kinetic, elastic, gravity = (float(values[-1]) for values in energies)
-    initial = sum(float(values[0]) for values in energies)
+    initial = sum(float(values[0]) for values in energies) + record.held
     parts = kinetic, elastic, gravity, record.stored + record.stretched
     return {
         "outcome": record.outcome.label,

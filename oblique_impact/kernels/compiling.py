@@ -1,4 +1,4 @@
-"""Listeners to what numba compiles: a first run takes half a minute for it, and a person should know why.
+"""Notices of the kernels that numba compiles, which takes a first run half a minute, and a clock without that.
 
 Nothing here imports numba, so that a command which compiles nothing does not wait for it.
 """
@@ -56,6 +56,6 @@ def compilations(tell: Callable[[str], None]) -> Iterator[None]:
 
 
 def announce(name: str) -> None:
-    """Say that the kernel of this name is being compiled."""
+    """Announce that the kernel of this name is being compiled."""
     for tell in tuple(_listeners):
         tell(name)

@@ -136,6 +136,13 @@ class DenseAlgebra:
             solve(w.effective[slot], v.normal_row, v.normal_response)
             solve(w.effective[slot], v.tangential_row, v.tangential_response)
 
+    def solve_rows(  # noqa: D102
+        self: Any, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
+    ) -> None:
+        for k in range(rows.shape[0]):
+            for side in range(sides):
+                solve(w.effective[slot], rows[k, side], responses[k, side])
+
     def definiteness(self: Any, rank_one: float, w: Workspace) -> float:
         """Smallest eigenvalue of the evaluated mass matrix, 0 if it is not finite."""
         return float(np.linalg.eigvalsh(w.mass)[0]) if np.all(np.isfinite(w.mass)) else 0.0

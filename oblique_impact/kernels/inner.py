@@ -20,7 +20,7 @@ class InnerLibrary(JITCodeLibrary):
     """The code of an inner function before optimization."""
 
     def finalize(self) -> None:
-        """Accept nothing more."""
+        """Close the library: nothing is added any more."""
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -50,7 +50,7 @@ class InnerLibrary(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _InnerLowering(NativeLowering):
-    """The usual lowering, which leaves what callers need to find the function by."""
+    """The usual lowering, which keeps what callers need to find the function."""
 
     _name = "inner_lowering"
 

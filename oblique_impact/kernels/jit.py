@@ -105,7 +105,7 @@ def inlined(function: F) -> F:
 
 
 def vectorized(plain: F) -> Callable[[F], F]:
-    """Let the function `plain` run in interpreted source in place of a loop, which there is slow."""
+    """Run the function `plain` in interpreted source in place of a loop, which is slow there."""
 
     def mark(loop: F) -> F:
         overload(plain, jit_options={"forceinline": True, **_INNER_OPTIONS}, strict=False)(lambda *_: loop)
@@ -115,7 +115,7 @@ def vectorized(plain: F) -> Callable[[F], F]:
 
 
 def compiled_protocol(cls: C) -> C:
-    """Let kernels call the methods that the class `cls` declares on packed systems (named tuples).
+    """Make the methods that the class `cls` declares callable from kernels on packed systems (named tuples).
 
     What is compiled is the function of that name in the system's own class; its arguments have the same order.
     """

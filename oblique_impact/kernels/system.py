@@ -70,16 +70,24 @@ class System(Protocol):
 
 @compiled_protocol
 class TouchesPlaces(Protocol):
-    """What a system with several contacts has besides."""
+    """Further methods of a system with several contacts."""
+
+    def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
+        """Take what `touch` has in common at all places in a state."""
 
     def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Fill the contact rows of one place of an evaluated system; powers are not among the numbers."""
+        """Fill the contact rows of one place in the state that was taken; powers are not among the numbers."""
 
     def measure(self, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
-        """Gap, slip and gap rate of every place into the rows of `found` (places, 3); no contact rows."""
+        """Take the state; gap, slip and gap rate of every place into the rows of `found` (places, 3)."""
+
+    def solve_rows(
+        self, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
+    ) -> None:
+        """S^-1 of the rows (places, 2, d) into responses of that shape: with `sides` = 1 along normals alone."""
 
     def settle(self, mean: Array, v: Array) -> None:
-        """Let the part of the velocities v (d,) that has no inertia be that of `mean` (d,), which may change."""
+        """Set the part of the velocities v (d,) that has no inertia to that of `mean` (d,), which may change."""
 
 
 class NormalModes(NamedTuple):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from oblique_impact.contact.axial import shared_flexibility
 from oblique_impact.contact.forces import (
     NO_STICKING_SOLUTION,
     OK,
@@ -19,7 +18,7 @@ from oblique_impact.contact.forces import (
     stop_force,
     stop_tangent,
 )
-from oblique_impact.contact.several import instant_at, phase_of, touch_contacts
+from oblique_impact.contact.several import instant_at, phase_of, shared_flexibility, touch_contacts
 from oblique_impact.contact.state import (
     A_NN,
     A_NT,
@@ -123,7 +122,7 @@ def _take_equations(
         viscous = -p.friction.slope * c.normal_force * velocity
     axial = p.state == STICKING and p.stick.compliance != 0.0
     if axial:
-        viscous = 0.5 * step.h * velocity / abs(p.stick.compliance)
+        viscous = 0.5 * step.h * velocity / p.stick.compliance
     for column in range(last):
         j, which = int(arrays.unknowns[column, 0]), column % 2
         matrix[2 * k, column] = stiff * dot(arrays.directions[i, 0], arrays.responses[j, which])
@@ -151,8 +150,7 @@ def _take_equations(
 @jitable
 def _shared_part(arrays: ContactArrays, i: int, j: int) -> float:
     """Axial flexibility between two contacts over that of the first."""
-    own = arrays.rows[i, COMPLIANCE]
-    return float(shared_flexibility(own, arrays.rows[j, COMPLIANCE]) / abs(own))
+    return float(shared_flexibility(arrays.rows[i], arrays.rows[j]) / arrays.rows[i, COMPLIANCE])
 
 
 @jitable

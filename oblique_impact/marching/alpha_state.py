@@ -144,7 +144,7 @@ class Iterations(NamedTuple):
 
     @classmethod
     def new(cls) -> Iterations:
-        """Return those of which nothing is known."""
+        """Return the initial values, before any step."""
         return cls(
             np.full(EFFECTIVE_SLOTS, -1.0), np.zeros(EFFECTIVE_SLOTS), np.ones(EFFECTIVE_SLOTS, dtype=np.bool_)
         )

@@ -122,7 +122,7 @@ def _thresholds(phase: Phase, tolerances: Tolerances) -> Array:
     if phase.state == SLIDING:
         found[LOWER] = found[UPPER] = tolerances.velocity
     elif phase.stick.compliance != 0.0:  # the force of a spring is known as well as its length
-        found[LOWER] = found[UPPER] = tolerances.gap / abs(phase.stick.compliance)
+        found[LOWER] = found[UPPER] = tolerances.gap / phase.stick.compliance
     return found
 
 

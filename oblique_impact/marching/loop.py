@@ -67,7 +67,7 @@ _FAILURES = {
 
 
 class Status(NamedTuple):
-    """Where a run is, for a progress display."""
+    """Time and state of a run, for a progress display."""
 
     time: float
     end_time: float
@@ -120,6 +120,9 @@ class Run:
         try:
             if self.problem.contact:
                 self._begin()
+                # what an elastic stop that is pressed in at the start holds is not from the scheme
+                losses = self._quadratures()
+                record.held, losses[STABILIZATION_LOSS] = -float(losses[STABILIZATION_LOSS]), 0.0
             self._initial_inertia = self._inertia()
             self._enter(None)
             ends = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
@@ -198,7 +201,7 @@ class Run:
         return failure
 
     def _foresee_steps(self) -> None:
-        """End a run that at the pace of its last steps would need absurdly many.
+        """End a run that would need far too many steps if they stay as short as the last ones.
 
         Steps of a given length are counted before a run, by a rule of the scenario.
         """
@@ -352,7 +355,7 @@ class Run:
         arm(self._phase, self._scratch, guard_values(self._phase, contact))
 
     def _sample(self, phase: Phase) -> Instant:
-        """Keep where the run is as a sample; returns the contact there."""
+        """Store the present state as a sample; returns the contact there."""
         found = self._observe(phase, np.array([self._now.t]), self._y[None, :])
         return Instant(*found.instants[0].tolist())
 

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from oblique_impact.contact.axial import AxialFlexibility
+from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.contact.state import Residual
 from oblique_impact.contact.transitions import ContactMachine
-from oblique_impact.contact.yielding import Yielding
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.scheme import Scheme
@@ -29,8 +28,7 @@ class MultiContact(NamedTuple):
     places: tuple[float, ...]  # m along the beam, of points of the beam
     #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
     heirs: Mapping[int, int] | None = None
-    yielding: Yielding | None = None  # of places without inertia on a beam in modes
-    axial: AxialFlexibility | None = None  # behind the friction of each contact; None: the beam does not stretch
+    flexibility: Flexibility | None = None  # across a beam in modes, of places without inertia, or along it
 
     def place(self, contact: int, slip: float) -> float:
         """Return the place (m along the beam) of a contact at its slip (m)."""

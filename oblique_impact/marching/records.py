@@ -97,7 +97,7 @@ class OpenContact:
         """Return the contact that ends at `end`, and the share of its finite force."""
         gained = quadratures - self.quadratures
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = law.energy(-self.depth, self.compliance) if law else 0.0
+        stored = law.peak_energy(self.depth, self.peak_force, self.compliance) if law else 0.0
         loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
         finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss, self.compliance)
         whole = finite._replace(
@@ -129,6 +129,7 @@ class Record:
     passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
     message: str = ""  # about the outcome, if not the outcome's own sentence
+    held: float = 0.0  # J, in an elastic stop at the start
     stored: float = 0.0  # J, in an elastic stop at the end
     stretched: float = 0.0  # J, in the axial flexibility behind the friction at the end
     steps: int = 0

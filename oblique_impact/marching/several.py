@@ -7,12 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from oblique_impact.contact.axial import shared_flexibility
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import coupled_instant, phase_of
+from oblique_impact.contact.several import coupled_instant, phase_of, row_of, shared_flexibility
 from oblique_impact.contact.simultaneous import ALTERNATING, Change, Group
 from oblique_impact.contact.state import (
-    COMPLIANCE,
     GAP,
     NORMAL_FORCE,
     SIDE,
@@ -25,7 +23,6 @@ from oblique_impact.contact.state import (
     Residual,
     State,
 )
-from oblique_impact.contact.stops import Bedding
 from oblique_impact.contact.transitions import AtEnd, ContactProbe, EventKind
 from oblique_impact.errors import RunEnded
 from oblique_impact.kernels.workspace import Array
@@ -153,7 +150,7 @@ class MultiContactRun(Run):
         self._enter(leaving)
 
     def _hand_over(self, change: Change, probe: MultiContactProbe) -> None:
-        """Let the corner take over from an elastic contact that slides over the end of a side, or that from it.
+        """Hand an elastic contact that slides over the end of a side to the corner there, or back.
 
         A point of the beam at the depth d beyond the end of a side has the corner in the beam, within d of itself
         and deep by d times the cosine of the angle between beam and side.
@@ -216,7 +213,7 @@ class MultiContactRun(Run):
             raise RunEnded(change.failure)
 
     def _stick_axially(self, change: Change) -> None:
-        """Let contacts that begin to stick on axial flexibility hold the material where it is.
+        """Begin stick on axial flexibility: contacts hold the material where it is.
 
         That is their travel, since rolling is no slip, and what all forces stretch the axis up to there.
         """
@@ -226,7 +223,7 @@ class MultiContactRun(Run):
                 held = float(self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL])
                 for row, force in zip(solved.rows, solved.instants[:, TANGENTIAL_FORCE], strict=True):
                     if row[STATE] != State.FREE:
-                        held += shared_flexibility(state.stick.compliance, float(row[COMPLIANCE])) * float(force)
+                        held += shared_flexibility(np.array(row_of(state)), row) * float(force)
                 change.phases[i] = state._replace(stick=state.stick._replace(slip=held))
 
     def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
@@ -283,9 +280,6 @@ class MultiContactRun(Run):
         """Close a contact at a place (m); returns the share of its finite force."""
         opened, machine = self._opened.pop(contact), self.contacts.machines.machines[contact]
         whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), machine.contact_law)
-        if isinstance(machine.contact_law, Bedding):  # on which perhaps a part of the cell alone has borne
-            most = min(whole.peak_energy, 0.5 * opened.peak_force * opened.depth)
-            whole, finite = whole._replace(peak_energy=most), finite._replace(peak_energy=most)
         first, last = self._places.pop(contact)
         self.record.contacts.append(
             whole._replace(
@@ -317,12 +311,12 @@ class MultiContactRun(Run):
 
     def _stretched(self) -> float:
         assert self._phase.arrays is not None
-        flexibility = self._phase.arrays.rows[:, COMPLIANCE]
+        rows = self._phase.arrays.rows
         forces = np.nan_to_num(self.record.segments[-1].observation.contacts[-1, :, TANGENTIAL_FORCE])
         pairs = [
             shared_flexibility(a, b) * force * other
-            for a, force in zip(flexibility, forces, strict=True)
-            for b, other in zip(flexibility, forces, strict=True)
+            for a, force in zip(rows, forces, strict=True)
+            for b, other in zip(rows, forces, strict=True)
         ]
         return 0.5 * float(np.sum(pairs))
 

@@ -7,12 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.axial import AxialFlexibility
+from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import STATE, Phase, State
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.contact.yielding import Yielding
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import loop
@@ -59,15 +58,15 @@ class SteppedRun(MultiContactRun):
         super().__init__(problem, on_progress)
         assert isinstance(problem.scheme, TimeSteppingScheme)
         ends, size = np.ascontiguousarray(self._ends), problem.q0.size
-        rigid = Yielding.new(np.zeros((0, 0)), 0.0, np.zeros(0), np.zeros(0))
-        yielding = (self.contacts.yielding or rigid).at_rest()
-        axial = self.contacts.axial or AxialFlexibility.none(ends.shape[1])
-        self._steps = StepBuffers.new(ends, size, problem.scheme.mu_static > 0.0, yielding, axial)
+        rubs, self._massless = problem.scheme.mu_static > 0.0, problem.scheme.massless
+        found = self.contacts.flexibility if rubs or self._massless else None
+        flexibility = (found or Flexibility.none()).at_rest()
+        self._steps = StepBuffers.new(ends, size, rubs, flexibility)
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
 
     def _begin(self) -> None:
-        """Leave it to the first step to find what touches."""
+        """Begin in flight: the first step finds the contacts."""
 
     def _keep(self, progress: Progress) -> None:
         for row in self._steps.log[: self._steps.logged[0]]:
@@ -77,15 +76,18 @@ class SteppedRun(MultiContactRun):
         super()._keep(progress)
         self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
 
-    def _stored(self) -> float:
+    def _held(self) -> float:
         of_contacts = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept]
         return float(of_contacts[HELD::OF_A_CONTACT].sum())
 
+    def _stored(self) -> float:
+        return self._held() if self._massless else 0.0
+
     def _stretched(self) -> float:
-        return float(self._steps.stored[0])
+        return 0.0 if self._massless else self._held()
 
     def _relative_inertia(self) -> float:
-        """Impulses exist whatever the friction."""
+        """Return 1: impulses exist for every coefficient of friction."""
         return 1.0
 
     def _log(self, row: Array) -> None:
@@ -157,5 +159,5 @@ class SteppedRun(MultiContactRun):
 
 
 def _leading(states: NDArray[np.int64]) -> int:
-    """Return the state that stands for those of all contacts."""
+    """Return the state reported for all contacts together."""
     return int(State.SLIP if np.any(states != OPEN) else State.FREE)

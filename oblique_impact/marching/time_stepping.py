@@ -13,8 +13,8 @@ zero.
 Where places have no inertia (Renard 2010; Pozzolini and Salaun, ESAIM M2AN 45, 2011) the gaps g1 at the end of the
 step obey 0 <= P_n _|_ g1 >= 0, and the slips between its ends Coulomb's law: of the mid-point rule
 g1 = g + h/2 C_n v1, with the same gaps g at x0.  What the modes leave out of the beam's deflection adds to both
-(`oblique_impact.contact.yielding`).  There are no impacts; a place that closes within a step takes P_n times its
-gap before, of the first order of the step.
+(`oblique_impact.contact.flexibility`).  There are no impacts; a place that closes within a step takes P_n times
+its gap before, of the first order of the step.
 
 The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
 steps that close a contact, is lost in plastic impacts.
@@ -35,7 +35,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.axial import AxialFlexibility, flexibility_at, shared_flexibility
+from oblique_impact.contact.flexibility import (
+    Flexibility,
+    end_step,
+    push_places,
+    take_places,
+    yielding_between,
+)
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK
 from oblique_impact.contact.impulses import (
     BACKWARDS,
@@ -46,8 +52,7 @@ from oblique_impact.contact.impulses import (
     solve_impulses,
 )
 from oblique_impact.contact.state import SIDE, ContactArrays, Phase
-from oblique_impact.contact.yielding import Yielding, end_step, push_places, turn_places, weight_of_end
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
 from oblique_impact.marching.advance import (
     FAILED_ITERATION,
@@ -81,7 +86,7 @@ _STILL = 100.0
 _OF_AN_IMPACT = 2
 
 GAP, SLIP, GAP_RATE = range(3)
-#: of the quadratures of a contact: energy (J) that what the modes leave out holds at its place
+#: of the quadratures of a contact: energy (J) that the flexibility holds at its place
 HELD = 3
 
 #: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that are its impact, energy
@@ -112,16 +117,12 @@ class StepBuffers(NamedTuple):
     staggered: Array  # (d,) coordinates q0 + h v0/2
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
     slipping: Array  # (n,) m/s, slip velocities of these before the step
-    yielding: Yielding  # of places without inertia on a beam in modes
     impulses: Array  # (2 n,) N s, of these
     problem: ImpulseProblem
-    axial: AxialFlexibility
-    flexibility: Array  # (n,) m/N, of each place with the sense of its tangent; 0: left out
-    tangential: Array  # (n,) N, tangential forces of the last step
-    stored: Array  # (1,) J, in the axial flexibility at its end
+    flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
-    def new(cls, ends: Array, size: int, rubs: bool, yielding: Yielding, axial: AxialFlexibility) -> StepBuffers:
+    def new(cls, ends: Array, size: int, rubs: bool, flexibility: Flexibility) -> StepBuffers:
         """Allocate the buffers of contacts with the given `ends` (2, n)."""
         n = ends.shape[1]
         return cls(
@@ -138,13 +139,9 @@ class StepBuffers(NamedTuple):
             np.zeros(size),
             np.zeros(n, dtype=np.bool_),
             np.zeros(n),
-            yielding,
             np.zeros(2 * n),
             ImpulseProblem.new(n, rubs),
-            axial,
-            np.zeros(n),
-            np.zeros(n),
-            np.zeros(1),
+            flexibility,
         )
 
 
@@ -173,57 +170,55 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
         elif beyond and gap < 0.0:
             rows[i, SIDE] = -1.0
         b.gaps[i] = gap if rows[i, SIDE] > 0.0 and not beyond else np.inf
-        if stepper.flexible:
-            b.flexibility[i] = flexibility_at(b.axial, i, slip)
         nearest, fastest = min(nearest, b.gaps[i]), max(fastest, abs(b.places[i, GAP_RATE]))
     return nearest, fastest
 
 
 @jitable
-def _stretch_rate(stepper: TimeStepper, m: int, i: int, h: float) -> float:
-    """Rate (m/s) over a step at which the axial flexibility moves the material at contact i along its tangent."""
-    b, total = stepper.buffers, 0.0
-    for j in range(b.tangential.shape[0]):
-        total -= shared_flexibility(b.flexibility[i], b.flexibility[j]) * b.tangential[j]
-    for k in range(m):
-        total += shared_flexibility(b.flexibility[i], b.flexibility[b.closed[k]]) * b.impulses[2 * k + 1] / h
-    return total / h
-
-
-@jitable
-def _take_contact(
-    stepper: TimeStepper, m: int, i: int, t: float, h: float, x: Array, v0: Array, rank_one: float, slot: int
+def _take_contacts(
+    stepper: TimeStepper,
+    first: int,
+    end: int,
+    t: float,
+    h: float,
+    x: Array,
+    v0: Array,
+    rank_one: float,
+    slot: int,
 ) -> None:
-    """Add contact i to the problem as its number m: rows, responses and velocities by unit impulses."""
+    """Take the closed contacts `first` to `end` into the problem: rows, responses, velocities by unit impulses."""
     b, arrays, w, p = stepper.buffers, stepper.arrays, stepper.scratch.work, stepper.buffers.problem
-    v, directions, responses = w.vectors, arrays.directions, arrays.responses
-    touched = stepper.system.touch(i, t, x, v0, w)
-    copy(v.normal_row, directions[i, 0])
-    copy(v.tangential_row, directions[i, 1])
-    stepper.system.solve_effective(rank_one, w, slot, True)
-    copy(v.normal_response, responses[i, 0])
-    copy(v.tangential_response, responses[i, 1])
-    b.slipping[i] = touched.slip_rate
-    yields = b.yielding.pressed.shape[0] > 0
-    b.closed[m], p.states[m] = i, b.states[i]
-    p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
-    p.impulses[2 * m], p.impulses[2 * m + 1] = 0.0, 0.0
-    if p.states[m] == OPEN:
-        p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
-        if stepper.flexible:
-            p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
-    for k in range(m + 1):
-        j = b.closed[k]
-        for a in range(2 if stepper.rubs else 1):
-            for c in range(2 if stepper.rubs else 1):
-                entry = dot(directions[i, a], responses[j, c])
-                if yields:
-                    across = b.yielding.across[i, a] * b.yielding.across[j, c]
-                    entry += 2.0 / (weight_of_end(b.yielding, h) * h * h) * across * b.yielding.flexibility[i, j]
-                if stepper.flexible and a == c == 1:
-                    entry += shared_flexibility(b.flexibility[i], b.flexibility[j]) / (h * h)
-                p.delassus[2 * m + a, 2 * k + c] = entry
-                p.delassus[2 * k + c, 2 * m + a] = entry
+    directions, responses, sides = arrays.directions, arrays.responses, 2 if stepper.rubs else 1
+    stepper.system.take_state(t, x, v0, w)
+    for m in range(first, end):
+        i = b.closed[m]
+        touched = stepper.system.touch(i, t, x, v0, w)
+        copy(w.vectors.normal_row, directions[m, 0])
+        copy(w.vectors.tangential_row, directions[m, 1])
+        b.slipping[i], p.states[m] = touched.slip_rate, b.states[i]
+        p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
+        if p.states[m] == OPEN:
+            p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
+            if stepper.yields and not stepper.massless:
+                p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
+    stepper.system.solve_rows(rank_one, w, slot, sides, directions[first:end], responses[first:end])
+    for m in range(first, end):
+        i = b.closed[m]
+        for k in range(m + 1):
+            j = b.closed[k]
+            for a in range(sides):
+                for c in range(sides):
+                    entry = dot(directions[m, a], responses[k, c])
+                    if stepper.yields:
+                        entry += yielding_between(b.flexibility, h, i, a, j, c) / _span(stepper, h)
+                    p.delassus[2 * m + a, 2 * k + c] = entry
+                    p.delassus[2 * k + c, 2 * m + a] = entry
+
+
+@inlined
+def _span(stepper: TimeStepper, h: float) -> float:
+    """Time (s) in which the velocity at the end of a step gives a displacement: half of it, of a mean velocity."""
+    return 0.5 * h if stepper.massless else h
 
 
 @jitable
@@ -232,14 +227,13 @@ def _known_rates(stepper: TimeStepper, i: int, h: float) -> tuple[float, float]:
 
     Places that yield have moved as the present impulses push them.
     """
-    b = stepper.buffers
-    if not stepper.massless:
-        return b.gaps[i] / h, 0.0
-    gap, slip, y = b.gaps[i], 0.0, b.yielding
-    if y.pressed.shape[0] > 0:
-        gap += y.across[i, 0] * (y.deflections[i] + y.moved[i])
-        slip += y.across[i, 1] * y.moved[i]
-    return 2.0 * gap / h, 2.0 * slip / h + b.slipping[i]
+    b, y = stepper.buffers, stepper.buffers.flexibility
+    gap, slip = b.gaps[i], 0.0
+    if stepper.yields:
+        gap += y.toward[i, 0] * (y.displaced[i] + y.moved[i])
+        slip += y.toward[i, 1] * y.moved[i]
+    before = b.slipping[i] if stepper.massless else 0.0
+    return gap / _span(stepper, h), slip / _span(stepper, h) + before
 
 
 @jitable
@@ -251,9 +245,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         i = b.closed[k]
         known = _known_rates(stepper, i, h)
         for a in range(directions):
-            rate = dot(arrays.directions[i, a], v1)
-            if stepper.flexible and a == 1:
-                rate += _stretch_rate(stepper, m, i, h)
+            rate = dot(arrays.directions[k, a], v1)
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
             p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
@@ -261,11 +253,11 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         return False
     for k in range(m):
         for a in range(directions):
-            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], arrays.responses[b.closed[k], a]
+            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], arrays.responses[k, a]
             b.impulses[2 * k + a] = p.impulses[2 * k + a]
             for j in range(v1.shape[0]):
                 v1[j] += more * response[j]
-    push_places(b.yielding, h, b.impulses, b.closed, m)
+    push_places(b.flexibility, h, b.impulses, b.closed, m)
     return True
 
 
@@ -273,16 +265,18 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
 def _settle(
     stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int
 ) -> int:
-    """Let impulses keep the end of a step out of all obstacles; the number of contacts in the problem, or -1."""
+    """Keep the end of a step out of all obstacles by impulses; the number of contacts in the problem, or -1."""
     b, s, d = stepper.buffers, stepper.scratch, x.shape[0]
     v0, v1 = y[d : 2 * d], s.y_new[d : 2 * d]
     if m == 0:
         for i in range(b.states.shape[0]):
             b.in_problem[i] = b.states[i] != OPEN and b.gaps[i] < np.inf
             if b.in_problem[i]:
-                _take_contact(stepper, m, i, t, h, x, v0, rank_one, slot)
+                b.closed[m] = i
                 m += 1
-        push_places(b.yielding, h, b.impulses, b.closed, 0)
+        if m > 0:
+            _take_contacts(stepper, 0, m, t, h, x, v0, rank_one, slot)
+        push_places(b.flexibility, h, b.impulses, b.closed, 0)
     while True:
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
@@ -295,10 +289,11 @@ def _settle(
                 continue
             if b.places[i, GAP_RATE] + _known_rates(stepper, i, h)[0] < -s.tolerances.velocity:
                 b.in_problem[i] = True
-                _take_contact(stepper, m, i, t, h, x, v0, rank_one, slot)
+                b.closed[m] = i
                 m += 1
         if m == before:
             return m
+        _take_contacts(stepper, before, m, t, h, x, v0, rank_one, slot)
 
 
 @jitable
@@ -319,10 +314,10 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             s.at[j] = y[j] + 0.5 * h * s.at[d + j]
         e = stepper.system.take_residual(middle, s.at[:d], s.at[d : 2 * d], acceleration, False, w)
         for k in range(m):
-            for a in range(2):
+            for a in range(2 if stepper.rubs else 1):
                 force = b.impulses[2 * k + a] / h
                 for j in range(d):
-                    residual[j] += force * arrays.directions[b.closed[k], a, j]
+                    residual[j] += force * arrays.directions[k, a, j]
         if iteration == 0:
             stale = b.factored[slot] != h
             if not stepper.system.factor_effective(middle, s.at[:d], 0.5 * h, 0.25 * h * h, w, slot, stale):
@@ -349,8 +344,7 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
 def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
     """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
     s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
-    y_new, w, d, n, yielding = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0], b.yielding
-    yields = yielding.pressed.shape[0] > 0
+    y_new, w, d, n, flexibility = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0], b.flexibility
     v0, v1 = y[d : 2 * d], y_new[d : 2 * d]
     for j in range(d):
         s.at[d + j] = 0.5 * (v0[j] + v1[j])
@@ -364,25 +358,24 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         after[k] = 0.0
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
-    push_places(yielding, h, b.impulses, b.closed, m)
-    given = 0.0  # to the axial flexibility
+    push_places(flexibility, h, b.impulses, b.closed, m)
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
-        gap_rate, slip_rate = dot(arrays.directions[i, 0], v0), dot(arrays.directions[i, 1], v0)
-        slip_rate_after = dot(arrays.directions[i, 1], v1)
+        gap_rate, slip_rate_after = dot(arrays.directions[k, 0], v0), dot(arrays.directions[k, 1], v1)
         # twice the mean velocities over the step
-        closing, slipping = gap_rate + dot(arrays.directions[i, 0], v1), slip_rate + slip_rate_after
-        if yields:
-            closing += 2.0 / h * yielding.across[i, 0] * yielding.moved[i]
-            slipping += 2.0 / h * yielding.across[i, 1] * yielding.moved[i]
+        closing, slipping = gap_rate + dot(arrays.directions[k, 0], v1), b.slipping[i] + slip_rate_after
+        if stepper.yields:
+            yielding = 2.0 / h * flexibility.moved[i]
+            closing += flexibility.toward[i, 0] * yielding
+            slipping += flexibility.toward[i, 1] * yielding
+        friction, plastic = -0.5 * tangential * slipping, -0.5 * normal * closing
         if stepper.massless:
             slip_rate_after = 0.5 * slipping
-        friction, plastic = -0.5 * tangential * slipping, -0.5 * normal * closing
-        if stepper.flexible:
-            given, slip_rate_after = given + friction, slip_rate_after + _stretch_rate(stepper, m, i, h)
+        elif stepper.yields:  # friction takes what its law says at the end of the step, the scheme the rest
+            slip_rate_after += 0.5 * flexibility.toward[i, 1] * yielding
+            after[STABILIZATION_LOSS] += friction + tangential * slip_rate_after
             friction = -tangential * slip_rate_after
-            given -= friction
         if stepper.rubs and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
@@ -408,38 +401,18 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before)
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
-    if yields:
-        damping, scheme = end_step(yielding, h)
+    if stepper.yields:
+        damping, scheme, held = end_step(flexibility, h)
         after[DAMPING_LOSS] += damping
         after[STABILIZATION_LOSS] += scheme
+        after[FRICTION_LOSS] += 0.0 if stepper.massless else held  # by the axis, until the end of a run
         for i in range(n):
-            after[QUADRATURES + OF_A_CONTACT * i + HELD] = 0.5 * yielding.pressed[i] * yielding.deflections[i]
-    if stepper.flexible:
-        _stretch(stepper, m, h, given, after)
+            own = QUADRATURES + OF_A_CONTACT * i
+            after[own + HELD] = 0.5 * flexibility.pressed[i] * flexibility.displaced[i]
     if stepper.massless:
         stepper.system.settle(s.at[d : 2 * d], v1)
     for j in range(d):
         after[tail + j] = (v1[j] - v0[j]) / h
-
-
-@jitable
-def _stretch(stepper: TimeStepper, m: int, h: float, given: float, quadratures: Array) -> None:
-    """Keep the tangential forces at the end of a step, and account for the energy `given` (J) to the flexibility.
-
-    What it holds counts as taken by friction until the end of a run.
-    """
-    b, stored = stepper.buffers, 0.0
-    for i in range(b.tangential.shape[0]):
-        b.tangential[i] = 0.0
-    for k in range(m):
-        b.tangential[b.closed[k]] = b.impulses[2 * k + 1] / h
-    for i in range(b.tangential.shape[0]):
-        for j in range(b.tangential.shape[0]):
-            shared = shared_flexibility(b.flexibility[i], b.flexibility[j])
-            stored += 0.5 * shared * b.tangential[i] * b.tangential[j]
-    quadratures[FRICTION_LOSS] += stored - b.stored[0]
-    quadratures[STABILIZATION_LOSS] += given - (stored - b.stored[0])
-    b.stored[0] = stored
 
 
 @jitable
@@ -492,7 +465,7 @@ class TimeStepper(NamedTuple):
     kinetic: float
     rubs: bool  # whether there is friction
     massless: bool  # whether places have no inertia
-    flexible: bool  # whether there is axial flexibility behind it
+    yields: bool  # whether there is flexibility behind the places: of places with inertia that along the beam
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Measure the gaps."""
@@ -518,8 +491,7 @@ class TimeStepper(NamedTuple):
         for i in range(b.in_problem.shape[0]):
             b.in_problem[i] = False
         nearest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
-        if b.yielding.pressed.shape[0] > 0:
-            turn_places(b.yielding, b.staggered[0])
+        take_places(b.flexibility, b.staggered[0], b.places)
         clear = nearest > self.near and nearest > 2.0 * h * fastest
         found = _iterate(self, now.t, h, slot, clear, y)
         if found.status != OK:
@@ -587,5 +559,5 @@ class TimeSteppingScheme(Scheme):
             float(self.mu_kinetic),
             self.mu_static > 0.0,
             self.massless,
-            self.mu_static > 0.0 and prepared.own.axial.compliant,
+            prepared.own.flexibility.pressed.size > 0,
         )

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from oblique_impact.renders.charts import Curve, draw_curves, energy_curves, force_curves, mark_times
+from oblique_impact.renders.charts import Curve, draw_curves, energy_curves, first_chart, mark_times
 from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.player.selection import evenly
 from oblique_impact.renders.story import Story
@@ -52,12 +52,8 @@ def page_charts(story: Story) -> list[PageChart]:
     """
     story = replace(story, style=replace(story.style, theme="light"))
     geometry = story.geometries[0]
-    if geometry.scenario.contact.enabled and geometry.peak_force > 0.0:
-        first = _chart(story, "force", "Contact force", "N", force_curves(story))
-    else:
-        deflection = 1e3 * geometry.values("deflection")
-        curve = Curve(geometry.times, deflection, LIGHT.energies[1], "of the tip")
-        first = _chart(story, "force", "Deflection", "mm", [curve])
+    title, unit, curves = first_chart(story)
+    first = _chart(story, "force", title.capitalize(), unit, curves)
     charts = [first, _chart(story, "energy", "Energy", "J", energy_curves(story))]
     return [*charts, _places(story)] if geometry.anywhere and geometry.history.contacts else charts
 
@@ -68,7 +64,7 @@ def variables(theme: Theme) -> dict[str, str]:
     found = {field.name: getattr(theme, field.name) for field in fields(theme)}
     for variable, names in several.items():
         found |= zip(names, found.pop(variable), strict=True)
-    found["stop"] = found.pop("series")[1]
+    found |= zip(("first", "stop", "third"), found.pop("series")[:3], strict=True)  # of runs; a stop as the second
     return {name.replace("_", "-"): colour for name, colour in found.items() if colour.startswith("#")}
 
 

@@ -24,6 +24,7 @@ from oblique_impact.renders.player.charts import PageChart, page_charts
 from oblique_impact.renders.player.selection import evenly, frames
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, Colour
+from oblique_impact.renders.surroundings import DrawnObstacle, drawn_obstacles
 from oblique_impact.renders.timeline import rate_text
 
 Array = NDArray[np.float64]
@@ -76,12 +77,13 @@ class Content:
         return facts, base64.b64encode(zlib.compress(data, 6)).decode("ascii")
 
 
-def content_of(story: Story) -> Content:
-    """Compute what the page of the first run of `story` shows."""
-    geometry, course = story.geometries[0].true, story.time_map
+def content_of(story: Story, number: int = 0) -> Content:
+    """Compute what the page shows of a run of `story`, by its number from 0; charts, of all, for the first one."""
+    geometry, course = story.geometries[number].true, story.time_map
+    obstacles = drawn_obstacles(geometry)
     history, scenario, times = geometry.history, geometry.scenario, geometry.times
     samples, length, touch = frames(history, course), scenario.beam.length, geometry.touch
-    state, charts = history["state"].values.astype("u1")[samples], page_charts(story)
+    state, charts = history["state"].values.astype("u1")[samples], page_charts(story) if number == 0 else []
     film = course.film_at(times[samples])
     scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
     out = _OUT * (length + scenario.root.hub_radius)
@@ -120,7 +122,7 @@ def content_of(story: Story) -> Content:
         "longest_arrow": ARROW * length,
         "obstacles": [
             {"outline": o.outline.tolist(), "surface": o.surface.tolist(), "normal": o.normal.tolist()}
-            for o in story.obstacles
+            for o in obstacles
         ],
         "contacts": arrow.shape[1],
         "zone_sides": np.sign(zones[:, :, 2].sum(axis=0)).tolist(),
@@ -134,7 +136,9 @@ def content_of(story: Story) -> Content:
             (size, ScaleBar(size, np.zeros(2)).text)
             for size in (m * 10.0**p for p in range(-7, 4) for m in (1.0, 2.0, 5.0))
         ],
-        "factors": {f"{f:g}": _factor(story, axes, tails, f) for f in sorted({*FACTORS, story.factor})},
+        "factors": {
+            f"{f:g}": _factor(geometry, obstacles, axes, tails, f) for f in sorted({*FACTORS, story.factor})
+        },
         "rates": {f"{speed:g}": [rate_text(r * speed) for r in rates] for speed in SPEEDS},
         # earlier positions, each with the first frame that shows it, a little later
         "ghosts": np.searchsorted(path, [ghosts, ghosts + 0.25 * _GHOST * length]).T.tolist(),
@@ -211,6 +215,7 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
     if geometry.anywhere:
         largest_push = np.hypot(geometry.values("contact_fx"), geometry.values("contact_fy")).max(axis=1)
     found = {
+        "side_text": [geometry.beside(k) for k in samples],
         "time_text": each(times, lambda v: f"{fixed(v, decimals)} s"),
         "force_text": each(largest_push, lambda v: f"{significant(v, 3)} N"),
     }
@@ -221,7 +226,9 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         places = min(6, max(0, 3 - math.floor(math.log10(largest or 1.0))))
         # energies have the same decimals: they add up
         form = partial(fixed, decimals=places) if chart.name == "energy" else partial(significant, digits=4)
-        found |= {f"{curve.label}_text": each(curve.values, form) for curve in chart.curves}
+        for curve in chart.curves:  # of each run the last sample at or before the frame
+            at = np.searchsorted(curve.time, times[samples], side="right") - 1
+            found[f"{chart.name}-{curve.label}_text"] = [form(value) for value in curve.values[at].tolist()]
     if geometry.scenario.contact.enabled:
         found["gap"] = each(contact_gap(geometry.history), millimetres)
         found["tangential velocity"] = each(geometry.values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
@@ -245,26 +252,28 @@ def _touched(zones: Array) -> list[str]:
     return found
 
 
-def _factor(story: Story, axes: Array, tails: Array, factor: float) -> dict[str, Any]:
+def _factor(
+    geometry: BeamGeometry, obstacles: list[DrawnObstacle], axes: Array, tails: Array, factor: float
+) -> dict[str, Any]:
     """Return a deformation factor, what the page says of it, and left, right, low and high (m) of what is seen."""
-    geometry, obstacles = story.geometries[0], story.obstacles
     length, hub = geometry.scenario.beam.length, geometry.scenario.root.hub_radius
     stations, touch = geometry.stations, geometry.touch
     chord = axes[:, :1] + (stations / stations[touch])[:, None] * (axes[:, touch, None] - axes[:, :1])
     drawn = chord + factor * (axes - chord)
     room = 2.0 * np.maximum(geometry.radii, geometry.mass_radius)[:, None]
     places = np.concatenate([*(drawn - room), *(drawn + room), tails, *(o.outline for o in obstacles)])
-    places = places[np.all(np.abs(places) < _REACH * (length + hub), axis=1)]
+    places = np.ascontiguousarray(places.T)  # (2, places): reduced many times as fast as its transpose
+    places = places[:, np.all(np.abs(places) < _REACH * (length + hub), axis=0)]
     pin = PIN * length
-    low = np.min([*places, (-2.0 * pin, -2.6 * pin), (-hub, -hub)], axis=0)
-    high = np.max([*places, (2.0 * pin, pin), (hub, hub)], axis=0)
+    root = np.array([(-2.0 * pin, 2.0 * pin, -hub, hub), (-2.6 * pin, pin, -hub, hub)])
+    (left, low), (right, high) = (ends(np.hstack([places, root]), axis=1) for ends in (np.min, np.max))
     about = "pin–tip chord" if touch == stations.size - 1 else "chord from the pin to the contact point"
     true = factor == 1.0
     return {
         "factor": factor,
         "label": "true" if true else f"×{factor:g}",
         "note": "deflection drawn true to scale" if true else f"deflection drawn ×{factor:g} about the {about}",
-        "bounds": [float(low[0]), float(high[0]), float(low[1]), float(high[1])],
+        "bounds": [float(left), float(right), float(low), float(high)],
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -20,45 +21,61 @@ from oblique_impact.renders.title import model_words
 
 #: scripts of the page, which build on each other in this order
 SCRIPTS = ("run", "scene", "controls")
+_LOADER = PackageLoader("oblique_impact.renders.player", "page")
+_PAGE = Environment(loader=_LOADER, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
 
 def write_player(story: Story, out: Path) -> Path:
-    """Write the page of the first run of `story` to the file `out`, whole or not at all; returns the file.
+    """Write the page of the runs of `story` to the file `out`, whole or not at all; returns the file.
 
     The style of the story gives the theme and the deformation factor with which the page opens; the page has
-    switches; a name of the story is for its title.
+    switches; names of the story are for its title.  Several runs are side by side, at one time, in pictures of one
+    scale.
 
-    Raises InputError for several runs, the theme of print, or a file that cannot be written.
+    Raises InputError for the theme of print, or a file that cannot be written.
     """
-    if len(story.geometries) > 1:
-        raise InputError(f"HISTORY: {len(story.geometries)} given: a page shows one")
     if story.style.theme == "print":
         raise InputError("--theme print: of a page should be one of light, dark, auto")
-    content, history = content_of(story), story.histories[0]
-    facts, arrays = content.packed()
-    loader = PackageLoader("oblique_impact.renders.player", "page")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    page = environment.get_template("player.html.j2").render(
+    contents, history = [content_of(story, n) for n in range(len(story.geometries))], story.histories[0]
+    content, several = contents[0], len(contents) > 1
+    for name in content.facts["factors"]:  # of one scale
+        bounds = np.array([one.facts["factors"][name]["bounds"] for one in contents])
+        (left, _, low, _), (_, right, _, high) = bounds.min(axis=0).tolist(), bounds.max(axis=0).tolist()
+        for one in contents:
+            one.facts["factors"][name]["bounds"] = [left, right, low, high]
+    names = story.names if several else ("",)
+    scenarios = [geometry.scenario for geometry in story.geometries]
+    page = _PAGE.get_template("player.html.j2").render(
         content=content,
         made_by=made_by(story.histories),
         style=story.style,
         themes={"light": variables(LIGHT), "dark": variables(DARK)},
-        title=story.heading,
-        model=model_words(story.geometries[0].scenario),
-        outcome=_why_it_stopped(history),
-        warnings=warnings_of([history]),
+        title=story.heading if story.title else ": ".join([" and ".join(names), *story.beam[1:2]]),
+        several=several,
+        runs=[
+            {"name": name, "model": model_words(scenario), "outcome": _why_it_stopped(one)}
+            for name, scenario, one in zip(names, scenarios, story.histories, strict=True)
+        ],
+        warnings=warnings_of(story.histories),
         all_events=len(history.events),
         speeds=SPEEDS,
         factor=f"{story.factor:g}",
         time_label=time_label(story.time_map),
         at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
         anywhere=story.geometries[0].anywhere,
-        scripts=Markup("\n").join(Markup(loader.get_source(environment, f"{name}.js")[0]) for name in SCRIPTS),
-        css=Markup(loader.get_source(environment, "player.css")[0]),
-        data=Markup(facts.replace("<", "\\u003c")),  # so that it cannot end the element it stands in
-        arrays=arrays,
+        scripts=Markup("\n").join(Markup(_source(f"{name}.js")) for name in SCRIPTS),
+        css=Markup(_source("player.css")),
+        # so that nothing can end the element it stands in
+        data=[
+            (Markup(facts.replace("<", "\\u003c")), arrays) for facts, arrays in (one.packed() for one in contents)
+        ],
     )
     return save_whole(out, lambda part: part.write_text(page, encoding="utf-8"))
+
+
+def _source(name: str) -> str:
+    """Return a file of the page as it is."""
+    return _LOADER.get_source(_PAGE, name)[0]
 
 
 def _why_it_stopped(history: History) -> str:

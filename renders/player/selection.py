@@ -33,7 +33,8 @@ def frames(history: History, course: TimeMap) -> Integers:
     for collision in history.summary["macro_collisions"]:
         start, stop = np.searchsorted(times, [collision["start"], collision["end"]])
         found.append(start + force[start : stop + 1].argmax(keepdims=True))
-    return np.unique(np.clip(np.concatenate(found), 0, times.size - 1))
+    # another run may go on when the course, which is that of the first one, has ended
+    return np.unique(np.clip(np.concatenate(found), 0, int(last_sample(times, course.times[-1]))))
 
 
 def evenly(items: Sequence[Item]) -> list[Item]:

@@ -30,7 +30,7 @@ def _elements() -> AxisShapes:
 
 def _nodes() -> HermiteShapes:
     """Return the nodes of a mesh, of which two elements have as many coordinates as there are modes."""
-    return HermiteShapes(np.array([0.0, 0.4, 1.0]))
+    return HermiteShapes.on(np.array([0.0, 0.4, 1.0]))
 
 
 @pytest.fixture(params=[_modal, _elements, _nodes], ids=["modes", "modes of elements", "all nodes"])
@@ -44,7 +44,8 @@ def test_axis_of_all_nodes_is_that_of_shape_functions_of_the_mesh(x: float) -> N
     free, rng = nodal.free_dofs("hinged"), np.random.default_rng(2)
     B, Bd = 0.01 * rng.standard_normal((2, free.size))
     wanted = fit_shapes(lambda x: nodal.evaluate(x)[0].toarray()[:, free], nodal.nodes, 3)
-    found, kept = HermiteShapes(nodal.nodes), [Vectors.new(free.size + 1) for _ in range(2)]
+    found, kept = HermiteShapes.on(nodal.nodes), [Vectors.new(free.size + 1) for _ in range(2)]
+    found.bend(B, Bd)
     axes = [shapes.bent_axis(x, B, v.polynomial) for shapes, v in zip((found, wanted), kept, strict=True)]
     np.testing.assert_allclose(axes[0], axes[1], rtol=1e-11, atol=1e-14)
     rates = [s.take_shapes(a, B, Bd, v) for s, a, v in zip((found, wanted), axes, kept, strict=True)]
@@ -91,6 +92,7 @@ def test_rows_and_accelerations_are_derivatives(
     def at(t: float) -> tuple[Array, Array, Array]:
         """Gap and slip, their rates, their accelerations."""
         q, qd = position + t * velocity + 0.5 * t * t * acceleration, velocity + t * acceleration
+        shapes.bend(q[1:], qd[1:])
         k = touch_peg(shapes, 0.05, peg, q, qd, v)
         rows = np.stack([v.normal_row, v.tangential_row])
         return np.array([k.gap, k.slip]), rows @ qd, rows @ acceleration + [k.gap_bias, k.slip_bias]

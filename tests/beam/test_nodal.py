@@ -107,6 +107,12 @@ def test_effective_matrix(pair):
     for which, response in {"residual": "increment", **RESPONSES}.items():
         expected = np.linalg.solve(S, getattr(work.vectors, which))
         assert_allclose(getattr(work.vectors, response), expected, atol=1e-10 * np.abs(expected).max())
+    rows = np.random.default_rng(2).normal(size=(4, 2, a.size))
+    expected = np.linalg.solve(S, rows.reshape(8, -1).T).T.reshape(rows.shape)
+    for sides in (1, 2):
+        found = np.zeros_like(rows)
+        model.solve_rows(e.rank_one, work, 1, sides, rows, found)
+        assert_allclose(found[:, :sides], expected[:, :sides], atol=1e-10 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("share", [0.7, -0.7])
@@ -145,6 +151,7 @@ def test_places_that_touch_obstacles_move_as_in_all_modes():
     pair = Pair(scenario_of(**SHAPES["tapered"], **anywhere, slope__enabled=False, obstacles=obstacles))
     count = len(pair.modal.contact_places)
     assert count >= 5
+    pair.full.model.take_state(0.0, pair.W, pair.Wd, pair.work)
     for i in range(count):
         found = pair.full.model.touch(i, 0.0, pair.W, pair.Wd, pair.work)
         expected = pair.modal.model.touch(i, 0.0, pair.q, pair.qd, pair.dense)

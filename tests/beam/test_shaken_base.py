@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import InputError, Scenario, simulate
 
 MODELS = {
     "modes": "discretization.modes=4",
@@ -73,3 +73,52 @@ def test_a_harmonic_acceleration_is_that_of_a_fine_table():
     harmonic, table = (run("paper", [*SHORT, *keys]) for keys in (sweep, [f"base.table={rows}"]))
     assert_allclose(table["theta"], harmonic["theta"], atol=1e-7)
     assert np.ptp((harmonic["theta"] - run("paper", SHORT)["theta"]).values) > 1e-3
+
+
+SOFT = "contact.stiffness=100 base.frequency=15 base.acceleration=5 solver.tolerance=1e-12"
+OTHER_SIDE = "kind=side origin=[-0.002,0.25] angle=-1.5707963267948966 stiffness=100"
+SPLIT = {
+    # which press on their soft stops where the run is cut, and leave them
+    "strip": ("shaken", "base.frequency=14 contact.stiffness=200 solver.tolerance=1e-12"),
+    "both sides": (
+        "shaken",
+        f"{SOFT} contact.where=anywhere contact.grid=1 obstacles.1.{OTHER_SIDE.replace(' ', ' obstacles.1.')}",
+    ),
+    "nodes": (
+        "paper",
+        "discretization.method=fem discretization.elements=8 discretization.modes=0 solver.rho_infinity=1 "
+        "solver.scheme=generalized-alpha solver.free_step=1e-3 contact.enabled=false "
+        "base.acceleration=20 base.frequency=10",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", SPLIT)
+def test_a_run_goes_on_from_the_state_in_which_another_one_ends(case):
+    """At a whole number of periods of the base."""
+    name, keys = SPLIT[case]
+    whole = Scenario.builtin(name, [*keys.split(), "end_time=1", "solver.output_interval=0.01"])
+    period = 1.0 / whole.base.frequency
+    whole = whole.replace(end_time=(8 if name == "shaken" else 2) * period)
+    half = whole.replace(end_time=0.5 * whole.end_time)
+    first, together = simulate(half), simulate(whole)
+    second = simulate(half, initial_state=(first["q"].values[-1], first["qd"].values[-1]))
+    assert case == "nodes" or first["lambda_n"].values[-1] > 0.0
+    assert second["q"].values[0].tolist() == pytest.approx(first["q"].values[-1].tolist(), abs=1e-15)
+    for name in ("q", "qd"):
+        assert_allclose(
+            second[name].values[-1], together[name].values[-1], atol=1e-9 * np.abs(together[name]).max()
+        )
+    for key, sign in (("supplied", 1.0), ("lost_damping", 1.0), ("lost_scheme", 0.0)):
+        both = [history.balance[key] for history in (first, second)]
+        assert sum(both) == pytest.approx(sign * together.balance[key], abs=1e-12)
+    kept = second.summary["provenance"]["user_defined"]["initial_state"]
+    assert kept[1] == first["qd"].values[-1].tolist()
+
+
+def test_an_initial_state_that_does_not_fit_is_refused():
+    strip = Scenario.builtin("shaken")
+    with pytest.raises(InputError, match=r"initial_state, q: should be real numbers of shape \(7,\)"):
+        simulate(strip, initial_state=(np.zeros(6), np.zeros(7)))
+    with pytest.raises(InputError, match="initial_state: only with"):
+        simulate(strip.replace(discretization__method="absolute"), initial_state=(np.zeros(7), np.zeros(7)))

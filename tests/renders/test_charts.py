@@ -95,7 +95,9 @@ def panels(run, monkeypatch, tmp_path):
     kept: list[Figure] = []
     monkeypatch.setattr(overview, "save_figure", lambda figure, *_: kept.append(figure))
     overview.overview_figure({"a": run("paper"), "b": run("paper", "contact.friction=frictionless")}, tmp_path)
-    return {axes.get_title(loc="left"): axes for axes in kept[0].axes}
+    titles = [axes.get_title(loc="left") for axes in kept[0].axes]
+    assert [title[:4] for title in titles] == [f"({letter}) " for letter in "abcdef"]
+    return {title[4:]: axes for title, axes in zip(titles, kept[0].axes, strict=True)}
 
 
 def line(axes, label):
@@ -116,8 +118,9 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
             np.testing.assert_allclose(line(axes, label), expected)
     shaded = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
     np.testing.assert_allclose(shaded, [(contact.start, contact.end) for contact in history.contacts], atol=1e-12)
-    np.testing.assert_allclose(line(panels["Energy"], "total, a")[1], energy(history))
-    np.testing.assert_array_equal(line(panels["Energy"], "elastic")[1], history["energy_elastic"])
+    np.testing.assert_allclose(line(panels["Energy"], "total of a")[1], energy(history))
+    for kind in KINDS:
+        np.testing.assert_array_equal(line(panels["Energy"], f"{kind} of a")[1], history[f"energy_{kind}"])
     axes = panels["Shapes in the first collision"]
     k = int(np.searchsorted(history["time"].values, history.events[0].time, side="right"))
     assert axes.lines[0].get_color() == STATE_COLOURS[int(history["state"][k])]
@@ -148,7 +151,7 @@ def test_the_overview_shows_how_far_events_are_apart(run):
     history = run("paper")
     late = [event._replace(time=event.time + 1e-6 * n) for n, event in enumerate(history.events, start=1)]
     axes = overview.overview({"a": history, "b": replace(history, events=late)}).axes[-1]
-    assert axes.get_title(loc="left") == "Event times: |a - b|"
+    assert axes.get_title(loc="left") == "(f) Event times: |a − b|"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time of the event (s)", "difference (s)")
     for state, dots in zip((State.FREE, State.SLIP), axes.lines, strict=True):
         mine = np.array([event.state is state for event in history.events])
@@ -156,13 +159,24 @@ def test_the_overview_shows_how_far_events_are_apart(run):
         np.testing.assert_allclose(dots.get_ydata(), 1e-6 * (np.flatnonzero(mine) + 1), rtol=1e-6)
 
 
-def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):
+def test_the_overview_of_a_run_without_contact_shows_how_it_bends_and_turns(run):
+    history = run("spin-up")
+    axes = {one.get_title(loc="left"): one for one in overview.overview({"": history}).axes}
+    np.testing.assert_allclose(axes["(c) Deflection of the tip"].lines[0].get_ydata(), 1e3 * history["deflection"])
+    np.testing.assert_array_equal(axes["(d) Rate of rotation"].lines[0].get_ydata(), history["theta_dot"])
+
+
+def test_a_campbell_diagram_has_linear_axes_frequencies_and_multiples_of_the_spin_rate(monkeypatch, tmp_path):
     kept: list[Figure] = []
     monkeypatch.setattr(campbell, "save_figure", lambda figure, *_: kept.append(figure))
     scenario = Scenario.builtin("spin-up")
     campbell.campbell_diagram(scenario, [0.0, 6.0], 1, tmp_path)
     axes, found = kept[0].axes[0], natural_frequencies(scenario, [0.0, 6.0], 1)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin rate (rad/s)", "natural frequency (rad/s)")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
+    ends = {text.get_text().strip(): text.xy for text in axes.texts}
+    assert ends == {"1P": (6.0, 6.0), "2P": (6.0, 12.0)}
+    assert all(axes.get_ylim()[0] <= place[1] <= axes.get_ylim()[1] for place in ends.values())
     for label, ends in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
         x, y = line(axes, label)
         np.testing.assert_allclose([x[[0, -1]], y[[0, -1]]], [[0.0, 6.0], ends[:, 0]])

@@ -55,7 +55,7 @@ def test_a_film_has_its_frames_size_and_duration(story, tmp_path, name):
 
 
 def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):
-    """Rows of one time are alike; by default five around the first macro-collision, one at the largest force."""
+    """Rows of one time are alike but for their letters; by default five around the first macro-collision."""
     story = story_of([run("paper")], Style(size=(600, 160)))
     history = story.histories[0]
     write_strip(story, [0.1, 0.1, 0.3], tmp_path / "a.png")
@@ -63,7 +63,7 @@ def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):
         assert picture.size[0] == 600
         assert 3 * 160 < picture.size[1] < 4 * 160
         rows = np.asarray(picture).astype(int)
-    first, second, third = (rows[n * 160 + 4 : n * 160 + 156] for n in range(3))
+    first, second, third = (rows[n * 160 + 40 : n * 160 + 156] for n in range(3))
     assert np.array_equal(first, second)
     assert np.abs(second - third).max() > 50
     times = strip_times(history)

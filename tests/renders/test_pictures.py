@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.text import Text
@@ -14,9 +15,16 @@ from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import BARE, Style
+from oblique_impact.renders.surroundings import drawn_obstacles
 from oblique_impact.renders.timeline import make_timeline
 
 SIZE = (640, 360)
+#: a strip of steel, 1 mm deep
+SLENDER = (
+    'beam.section={shape="rectangle", width=0.02, height=0.001}',
+    "beam.material=steel",
+    "end_time=0.33",
+)
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +168,8 @@ def test_the_close_view_stays_with_a_contact_until_it_opens_and_shows_its_force(
     k = int(np.argmax(geometry.values("contact_lambda_n").max(axis=1)))
     with Composer(story) as composer:
         composer.draw(geometry.times[k])
-        assert f"{np.linalg.norm(geometry.pushes(k)[shown[k]]):.0f} N" in words(composer)
+        force = np.linalg.norm(geometry.pushes(k)[shown[k]])
+        assert f"contact force {force:.0f} N" in words(composer)
 
 
 def test_a_scale_bar_is_as_long_as_what_it_names(story):
@@ -179,13 +188,69 @@ def test_a_frame_tells_time_state_rate_force_and_gap(story):
         composer.draw(0.3232, 1 / 384)
         found = words(composer)
         force = np.linalg.norm(geometry.contact_force(geometry.index(0.3232)))
-        assert {"t = 0.32320 s", "SLIP", "1/380 of real time", f"{force:.0f} N", "gap 0.000 mm"} <= set(found)
-        assert {"force (N)", "energy (J)", "run", story.colours.title} <= set(found)
+        assert {
+            "t = 0.32320 s",
+            "SLIP",
+            "1/380 of real time",
+            f"contact force {force:.0f} N",
+            "gap 0.000 mm",
+        } <= set(found)
+        assert {"contact force (N)", "energy (J)", "run", story.colours.title} <= set(found)
         assert any(f"×{story.factor:g}" in text for text in found)
         assert scales_of(composer) == [[text for _, text in story.colours.ticks]]
         composer.draw(0.31, 2.5)
         gap = 1e3 * float(geometry.value("gap", geometry.index(0.31)))
         assert {"FREE", "2.5 times real time", "no contact force", f"gap {gap:.0f} mm"} <= set(words(composer))
+
+
+def test_a_still_at_an_event_tells_which_side_of_the_jump_it_shows(story):
+    story = replace(story, names=())
+    event, times = story.histories[0].events[0], story.geometries[0].times
+    with Composer(story) as composer:
+        composer.draw(event.time)
+        assert f"SLIP, just after the {event.kind.value}" in words(composer)
+        composer.draw(event.time + 1e-6)
+        assert "SLIP" in words(composer)
+    left = int(np.flatnonzero(times == event.time)[0])
+    assert [story.geometries[0].beside(k) for k in (left, left + 1, left + 2)] == [
+        f"just before the {event.kind.value}",
+        f"just after the {event.kind.value}",
+        "",
+    ]
+
+
+@pytest.mark.parametrize("case", [("spin-up",), ("paper", *SLENDER)])
+def test_a_beam_too_thin_to_be_seen_is_drawn_thicker_says_so_and_touches_the_slope_where_it_does(run, case):
+    story = story_of([run(*case)], Style(size=SIZE))
+    times = story.thickness
+    assert times > 1.0
+    thin, thick = story.geometries[0], story.drawn[0]
+    with Composer(story) as composer:
+        composer.draw(0.0)
+        said = words(composer)
+    assert any(f"thickness ×{times:g}" in text for text in said)
+    assert ("contact point, true scale" in said) == (case[0] == "paper")
+    k = int(np.argmax(np.abs(thin.values("lambda_n"))))
+    np.testing.assert_allclose(thick.result("bending_stress", k), thin.result("bending_stress", k), rtol=1e-9)
+    axis = thin.centreline(k)[thin.solid.rings]
+    np.testing.assert_allclose(thick.tube(k)[0] - axis, times * (thin.tube(k)[0] - axis), atol=1e-9)
+    if case[0] == "paper":
+        (slope,) = drawn_obstacles(thick)
+        away = thick.contact_places(k)[0] - slope.surface[0]
+        assert away @ slope.normal == pytest.approx(0.0, abs=1e-9)
+        lower = (thick.face(k, -1.0)[thick.touch] - slope.surface[0]) @ slope.normal
+        assert lower == pytest.approx(0.0, abs=0.1 * thick.touch_radius)
+
+
+def test_the_beam_of_print_has_the_colours_of_its_scale(story, strongest):
+    """Whatever the light is; around them an outline."""
+    _, picture = alone(replace(story, style=Style(size=SIZE, theme="print")), strongest)
+    ramp = np.rint(255 * mpl.colormaps["cividis"](np.linspace(0.0, 1.0, 256))[:, :3]).astype(int)
+    for sign in (1, -1):  # of blue against red
+        inked = picture[sign * (picture[..., 2] - picture[..., 0]) > 60]
+        assert len(inked) > 50
+        away = np.abs(inked[:, None] - ramp).max(axis=2).min(axis=1)
+        assert np.quantile(away, 0.8) <= 5  # edges are mixed with the outline
 
 
 def test_a_compliant_stop_tells_its_compression_and_what_is_drawn(run):
@@ -224,6 +289,19 @@ def test_several_runs_share_one_scale_and_one_factor(run):
     assert {"a", "b"} <= set(found)
     limit = both.colours.limit / both.colours.unit[0]
     assert ranges == [(-limit, limit)] * 2
+
+
+def test_letters_of_the_social_preset_are_at_least_28_pixels_of_1080_and_inside(story):
+    style = Style.of("social")
+    story = replace(story, style=style)
+    with Composer(story, make_timeline(story.time_map, frames=4)) as composer:
+        composer.draw(0.3232, 1 / 384)
+        canvas = composer.sheet.figure.canvas.get_renderer()
+        texts = [text for text in composer.sheet.figure.findobj(Text) if text.get_visible() and text.get_text()]
+        boxes = [text.get_window_extent(canvas) for text in texts]
+    assert min(text.get_fontsize() * style.resolution / 72.0 for text in texts) >= 28.0
+    for text, box in zip(texts, boxes, strict=True):
+        assert (box.x0 >= 0.0, box.x1 <= 1080.0) == (True, True), text
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from base64 import b64decode
 from io import BytesIO
 from typing import get_args
 
@@ -282,6 +283,61 @@ def test_links_open_it_at_a_time_after_an_event_and_in_a_theme(page, files, run)
     assert page.locator("#colour").input_value() == "axial_force"
     show(page, files(), "#event=3")
     assert now(page) == np.nextafter(run("paper").events[2].time, np.inf)
+
+
+def test_two_runs_are_side_by_side_at_one_time_in_pictures_of_one_scale(page, run, tmp_path):
+    """The second one goes on for longer than the first, with which the page ends."""
+    runs = run("paper", "end_time=0.5"), run("paper", "contact.friction=frictionless")
+    file = write_player(story_of(runs, names=["rough", "smooth"]), tmp_path / "a.html")
+    show(page, file, "#t=0.327")
+    states = page.locator(".scenes .state").all_text_contents()
+    assert states == [State(int(one.data["state"].sel(time=now(page), method="nearest"))).name for one in runs]
+    for name, variable in (("force", "lambda_n"), ("energy", "energy")):
+        shown = numbers(page, f"#{name}-legend")[:2]
+        kinds = (
+            ["lambda_n"] if variable == "lambda_n" else [f"energy_{k}" for k in ("kinetic", "elastic", "gravity")]
+        )
+        for value, one in zip(shown, runs, strict=True):
+            at = one.data.sel(time=now(page), method="pad")
+            assert value == pytest.approx(sum(float(at[kind]) for kind in kinds), rel=1e-3, abs=1e-3)
+    page.keyboard.press("End")
+    settle(page)
+    last = page.evaluate("player.runs.map(({ run }) => run.time.at(-1))")
+    assert last == [0.5, pytest.approx(0.5, abs=2e-4)]
+    bounds = page.evaluate("player.runs.map(({ facts }) => facts.factors['5'].bounds.join())")
+    assert bounds[0] == bounds[1]
+
+
+def test_what_is_seen_can_be_kept_and_linked(page, files, run):
+    show(page, files("paper", "auto"), "#event=3")
+    event = run("paper").events[2]
+    assert "just after the impact" in text(page, "rate")
+    page.keyboard.press("ArrowLeft")
+    settle(page)
+    assert (now(page), "just before the impact" in text(page, "rate")) == (event.time, True)
+    page.locator("#colour").select_option("shear_force")
+    page.locator("#link").click()
+    link = page.url
+    page.goto("about:blank")
+    page.goto(link)
+    page.wait_for_function("() => window.player")
+    settle(page)
+    assert (now(page), page.locator("#colour").input_value()) == (event.time, "shear_force")
+    for scheme in ("dark", "light"):  # as the reader's system changes
+        page.emulate_media(color_scheme=scheme)
+        settle(page)
+        assert page.evaluate("document.documentElement.dataset.theme") == scheme
+    with page.expect_download() as kept:
+        page.locator("#picture").click()
+    scene = b64decode(page.locator("#scene").evaluate("c => c.toDataURL()").split(",")[1])
+    with Image.open(kept.value.path()) as picture, Image.open(BytesIO(scene)) as seen:
+        paper = Image.new("RGBA", seen.size, picture.getpixel((0, 0)))
+        shown = np.asarray(Image.alpha_composite(paper, seen.convert("RGBA"))).astype(int)
+        whole = np.asarray(picture.convert("RGBA")).astype(int)
+    above = 58
+    assert np.abs(whole[above : above + len(shown)] - shown).max() <= 2
+    for words in (whole[:above], whole[above + len(shown) :]):
+        assert words[..., :3].min() < 100
 
 
 def test_embedded_it_plays_while_it_is_seen_and_says_what_it_magnifies(page, files, tmp_path):

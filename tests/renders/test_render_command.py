@@ -41,6 +41,26 @@ def test_a_film_says_how_fast_time_runs(folder, tmp_path, cli):
 
 
 @pytest.mark.parametrize(
+    ("options", "seconds"),
+    [
+        (("--seconds", "2"), 2.0),
+        (("--seconds", "1", "--between", "0.31,0.335"), 1.0),
+        (("--preset", "social"), 8.0),
+        ((), 20.0),
+    ],
+)
+def test_a_film_lasts_as_long_as_it_is_told_to(folder, tmp_path, cli, options, seconds):
+    out = tmp_path / "a.gif"
+    small = ("--size", "320x120", "--letters", "4", "--bare", "--fps", "2")
+    code, _, err = cli("render", folder, "--out", out, *small, *options)
+    assert (code, err) == (0, "")
+    with Image.open(out) as film:
+        assert film.n_frames == 2 * seconds
+        lasts = [film.seek(n) or film.info["duration"] for n in range(film.n_frames)]
+    assert sum(lasts) == pytest.approx(1e3 * seconds, rel=1e-3)
+
+
+@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("--out", "a.avi"), "--out a.avi: should end with .png"),

@@ -73,6 +73,16 @@ def test_texts_with_units_become_si_units():
     assert angles == pytest.approx([math.pi / 6, 0.7])
 
 
+def test_ranges_lead_from_place_to_place_and_over_keys_of_obstacles():
+    places = axis("slope.origin", 'range = [["2 mm", 0.25], [0.004, 0.25]]\ncount = 3')
+    found = [run.scenario.slope.origin for run in make_plan(places).runs]
+    assert np.array(found) == pytest.approx(np.array([[0.002, 0.25], [0.003, 0.25], [0.004, 0.25]]))
+    pegs = axis("obstacles.1.radius", "range = [0.01, 0.02]\ncount = 2").replace(
+        "[[axes]]", 'scenario = "two-pegs"\n[[axes]]'
+    )
+    assert [run.scenario.obstacles[0].radius for run in make_plan(pegs).runs] == [0.01, 0.02]
+
+
 SAMPLE = """
 [{name}]
 samples = {samples}

@@ -91,7 +91,7 @@ def pressed() -> Iterator[Measurement]:
 
 @check("A torque at its pin presses a beam without weight onto a bed, which does not hold it back.", seconds=1.5)
 def lifts_off() -> Iterator[Measurement]:
-    """It lifts off at l, tan(alpha l) = -tanh(alpha l) with alpha^4 = b/4EI, and goes on straight.
+    """It lifts off at l, tan(alpha l) = -tanh(alpha l) with alpha^4 = b/4EI, and is straight beyond.
 
     With Krylov's functions, from l on backwards: the deflection is (theta/alpha) F2, F2 = 0 at the pin, the torque
     4 EI alpha theta F4 and the force of the bed 4 EI alpha^2 theta F3.

@@ -31,7 +31,7 @@ ROUNDING = 1e-13
 _MODULES = (
     *("equations", "frequencies", "spinning", "spin_up", "statics", "rigid_limit", "small_systems", "kinematics"),
     *("springs", "pegs", "beddings", "rigid_impact", "rods", "damped_stop", "balances", "discretizations"),
-    *("kinetics", "frames", "orders", "exact_geometry", "absolute", "shaken_base"),
+    *("kinetics", "frames", "orders", "exact_geometry", "absolute", "shaken_base", "periodic"),
 )
 
 

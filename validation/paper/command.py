@@ -68,7 +68,7 @@ class Reproduction:
 
     @property
     def verdicts(self) -> dict[str, int]:
-        """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
+        """Number of claims of each verdict: "reproduced", "partly", "not reproduced"."""
         found = self.claims["verdict"].tolist()
         return {verdict: found.count(verdict) for verdict in VERDICTS}
 

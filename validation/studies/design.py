@@ -6,8 +6,8 @@ import itertools
 import json
 import math
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -25,10 +25,13 @@ from oblique_impact.scenario.schema import label_of, schema_of
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
+from oblique_impact.validation.studies.periodic import PeriodicSection, require_periodic
 from oblique_impact.validation.studies.quantities import Quantity, default_quantities, quantity
 from oblique_impact.validation.studies.study import Run
 
 MAX_RUNS = 100_000
+#: what a sweep of periodic responses is asked for if the user names nothing
+RESPONSE = ("period", "impacts_per_period", "max:bending_stress")
 
 #: two numbers, or texts with a unit
 Range = Annotated[tuple[Any, Any], Field(strict=False)]
@@ -42,7 +45,12 @@ def _defaults() -> dict[str, Any]:
     return flat_keys(Scenario().model_dump())
 
 
-def _check_keys(keys: Iterable[str], where: str) -> None:
+def _default(key: str) -> Any:
+    """Return the default value of a key, of an obstacle too."""
+    return (schema_of(key) or {})["default"]
+
+
+def check_keys(keys: Iterable[str], where: str) -> None:
     """Raise InputError for the first that is no key of a scenario."""
     for key in keys:
         if schema_of(key) is None:
@@ -52,7 +60,7 @@ def _check_keys(keys: Iterable[str], where: str) -> None:
             raise refused(where, key, f"not a key of a scenario; {words}")
 
 
-def _si(key: str, value: Any) -> Any:
+def si_value(key: str, value: Any) -> Any:
     """Return a value whose texts with a unit are numbers in SI units; raises InputError."""
     unit = (schema_of(key) or {}).get("unit", "1")
     try:
@@ -62,7 +70,7 @@ def _si(key: str, value: Any) -> Any:
 
 
 class AxisSection(Section):
-    """What one direction of a sweep changes, and how.
+    """One direction of a sweep: its keys and their values.
 
     `key`, or `keys` that take the same value, have `values`, or `count` values in a `range`, linear or log spaced;
     in a sample they are spread over a `range`.
@@ -79,7 +87,7 @@ class AxisSection(Section):
     def _check(self) -> Self:
         if (self.key is None) == (self.keys is None):
             raise InputError("key: takes key, or keys that have the same value; exactly one of them")
-        _check_keys(self.names, "key" if self.keys is None else "keys")
+        check_keys(self.names, "key" if self.keys is None else "keys")
         if (self.values is None) == (self.range is None):
             both = "not both" if self.range is not None else "one of them is needed"
             raise InputError(f"values: takes values, or range; {both}")
@@ -103,7 +111,7 @@ class AxisSection(Section):
 
     @property
     def words(self) -> str:
-        """What the keys mean, for axes and tables."""
+        """Meanings of the keys, for axes and tables."""
         return " = ".join(label_of(name) for name in self.names)
 
     @property
@@ -114,16 +122,24 @@ class AxisSection(Section):
     @property
     def whole(self) -> bool:
         """Whether the values are whole numbers."""
-        return type(_defaults()[self.names[0]]) is int
+        return type(_default(self.names[0])) is int
 
-    def ends(self) -> tuple[float, float]:
-        """Return the two ends of the range in SI units; raises InputError."""
+    def ends(self) -> tuple[Any, Any]:
+        """Return the two ends of the range in SI units, numbers or places [x, y]; raises InputError."""
         given = self.range or ()
-        if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
-            raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
-        start, stop = (_si(self.names[0], end) for end in given)
-        if not all(type(end) in (int, float) and abs(end) <= 1e30 for end in (start, stop)):
-            raise refused("range", list(given), "should be two finite numbers, or texts with a unit")
+        kinds = {type(_default(key)) for key in self.names}
+        place = kinds == {list} and all(len(_default(key)) == 2 for key in self.names)
+        if kinds not in ({float}, {int}) and not (place and self.count and self.spacing != "log"):
+            words = "is for keys that are all floats or all integers, linear ones with a count for places too"
+            raise refused("range", list(given), f"{words}; use values")
+        start, stop = (si_value(self.names[0], end) for end in given)
+        numbers = [*start, *stop] if place and type(start) is type(stop) is list else [start, stop]
+        if (
+            not all(type(end) in (int, float) and abs(end) <= 1e30 for end in numbers)
+            or len(numbers) != 2 + 2 * place
+        ):
+            wanted = "places [x, y]" if place else "finite numbers, or texts with a unit"
+            raise refused("range", list(given), f"should be two {wanted}")
         if start == stop:
             raise refused("range", list(given), "the two ends should differ")
         if self.spacing == "log" and not (start > 0.0 and stop > 0.0):
@@ -133,7 +149,7 @@ class AxisSection(Section):
     def rows(self) -> list[tuple[Any, ...]]:
         """Return its values, a row each; raises InputError."""
         if self.range is None:
-            return [(_si(self.names[0], value),) for value in self.values or ()]
+            return [(si_value(self.names[0], value),) for value in self.values or ()]
         spread = np.geomspace if self.spacing == "log" else np.linspace
         values = spread(*self.ends(), self.count or 2).tolist()
         for value in values if self.whole else ():
@@ -180,7 +196,7 @@ class TableSection(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _check_keys(self.keys, "keys")
+        check_keys(self.keys, "keys")
         for number, row in enumerate(self.rows):
             if len(row) != len(self.keys):
                 raise refused(f"rows.{number}", row, f"should have one value a key, {len(self.keys)}")
@@ -197,6 +213,7 @@ class SweepFile(Section):
     quantities: Annotated[list[str], Field(min_length=1)] | None = None
     histories: bool = False
     axes: Annotated[list[AxisSection], Field(min_length=1)] | None = None
+    periodic: PeriodicSection | None = None
     table: TableSection | None = None
     latin_hypercube: HypercubeSection | None = None
     sobol: HypercubeSection | None = None
@@ -204,7 +221,7 @@ class SweepFile(Section):
     @model_validator(mode="after")
     def _check(self) -> Self:
         """Refuse too many runs, or none, before they are made."""
-        _check_keys(flat_keys(self.changes), "changes")
+        check_keys(flat_keys(self.changes), "changes")
         if self.sobol and self.sobol.samples & (self.sobol.samples - 1):
             raise InputError(f"sobol.samples = {self.sobol.samples}: should be a power of 2")
         for number, axis in enumerate(self.axes or ()):
@@ -215,6 +232,9 @@ class SweepFile(Section):
         sizes = [axis.count or len(axis.values or ()) for axis in self.axes or ()]
         sizes += [len(self.table.rows)] if self.table else []
         sizes += [cube.samples for cube in (self.latin_hypercube, self.sobol) if cube]
+        if self.periodic and (len(sizes) != len(self.axes or ()) or not sizes):
+            raise InputError("periodic: takes [[axes]] alone; steady states are continued along the last of them")
+        sizes += [len(self.periodic.directions)] if self.periodic else []
         if not sizes:
             raise InputError("nothing to sweep over; give [[axes]], [table], [latin_hypercube] or [sobol]")
         if math.prod(sizes) > MAX_RUNS:
@@ -227,7 +247,7 @@ class SweepFile(Section):
         found = [([axis], axis.rows()) for axis in self.axes or ()]
         if self.table:
             columns = zip(self.table.keys, zip(*self.table.rows, strict=True), strict=True)
-            rows = [tuple(map(_si, self.table.keys, row)) for row in self.table.rows]
+            rows = [tuple(map(si_value, self.table.keys, row)) for row in self.table.rows]
             found.append(([AxisSection(key=key, values=list(values)) for key, values in columns], rows))
         for cube, sampler in ((self.latin_hypercube, qmc.LatinHypercube), (self.sobol, qmc.Sobol)):
             if cube:
@@ -321,6 +341,8 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
             found = base.replace(**changed)
+            if file.periodic:
+                require_periodic(found)
         except InputError as error:
             made.append((values, None, str(error)))
         else:
@@ -329,7 +351,8 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     possible = [scenario for _, scenario, _ in made if scenario]
     if not possible:
         raise InputError(made[0][2] + (" (and no other run is possible)" if len(made) > 1 else ""))
-    wanted = tuple(dict.fromkeys(file.quantities or default_quantities(possible[0])))
+    default = RESPONSE if file.periodic else default_quantities(possible[0])
+    wanted = tuple(dict.fromkeys(file.quantities or default))
     longest = max(scenario.end_time for scenario in possible)
     try:
         for name in wanted:
@@ -341,7 +364,22 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     for number, (values, scenario, fault) in enumerate(made, start=1):
         labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
         runs.append(Run({"run": number, **labels}, scenario, wanted, fault))
+    if file.periodic:
+        runs = _continued(runs, len(blocks[-1][1]), file.periodic)
     return Plan(file, base, changes, directions, tuple(runs))
+
+
+def _continued(runs: Sequence[Run], count: int, periodic: PeriodicSection) -> list[Run]:
+    """Return the runs up and down the last axis, which has `count` values, each going on from the one before."""
+    found = list[Run]()
+    for first in range(0, len(runs), count):
+        for direction in periodic.directions:
+            branch = runs[first : first + count]
+            for number, run in enumerate(branch if direction == "up" else branch[::-1]):
+                labels = {**run.labels, "run": len(found) + 1, "direction": direction}
+                after = len(found) - 1 if number else None
+                found.append(replace(run, labels=labels, periodic=periodic, after=after))
+    return found
 
 
 def _entry(key: str, value: Any, as_json: bool) -> Any:
@@ -349,4 +387,4 @@ def _entry(key: str, value: Any, as_json: bool) -> Any:
     if as_json:
         return json.dumps(value)
     # a text that no scenario takes is no number
-    return math.nan if isinstance(value, str) and not isinstance(_defaults()[key], str) else value
+    return math.nan if isinstance(value, str) and not isinstance(_default(key), str) else value

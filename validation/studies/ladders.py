@@ -78,7 +78,7 @@ def _elements(scenario: Scenario, level: float) -> Scenario:
 
 
 def _nodes_alone(scenario: Scenario, level: float) -> Scenario:
-    """Let sides end at the last node within them, as if the places between nodes could not touch."""
+    """End sides at the last node within them, as if the places between nodes could not touch."""
     element = scenario.beam.length / level
     sides = [side.model_dump() for side in scenario.obstacles]
     for side in sides:

@@ -1,10 +1,11 @@
-"""Pictures of sweeps with one or two directions: curves, maps, and the map of what happens in the collision."""
+"""Pictures of sweeps: curves, maps, the map of what happens in the collision, steady responses up and down."""
 
 from __future__ import annotations
 
+import json
 import math
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,18 +13,29 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import Block, Picture, number, picture, shown_unit, with_unit
 from oblique_impact.validation.studies.design import AxisSection, Plan
-from oblique_impact.validation.studies.quantities import Quantity
-from oblique_impact.validation.studies.study import REGIMES
+from oblique_impact.validation.studies.quantities import VARIABLES, Quantity
+from oblique_impact.validation.studies.study import REGIMES, SAMPLES
 
 #: so many values of the second direction are drawn as curves, more as a map
 _CURVES = 5
 _MARKERS = ("o", "s", "^", "D", "v")
+#: characters of a line of the label of a small panel
+_LABEL = 22
+#: values of other directions beside each other in a picture of steady responses
+_COLUMNS = 3
+#: the ways along the last direction of steady responses
+_WAYS: dict[str, dict[str, Any]] = {
+    "up": {"marker": "o", "ms": 3.4, "mew": 0.0, "color": "#f0a868"},
+    "down": {"marker": "o", "ms": 1.5, "mew": 0.0, "color": SERIES[0]},
+}
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 #: longer curves are lines without marks; larger maps are images
 _MARKED_POINTS, _MARKED_CELLS = 30, 1500
 #: a largest value this many times the middle one asks for a logarithmic scale
@@ -42,7 +54,10 @@ class _Axis:
 
     def __init__(self, direction: AxisSection, frame: pd.DataFrame) -> None:
         column, self.direction, self.words = frame[direction.names[0]], direction, list[str]()
-        if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
+        moved = _moved(column)
+        if moved is not None:
+            self.places = moved
+        elif pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
             self.places = column.to_numpy(float)
         else:
             places, words = pd.factorize(column.map(str))
@@ -77,9 +92,23 @@ class _Axis:
             axis.get_major_locator().set_params(integer=True)
 
 
+def _moved(column: pd.Series) -> np.ndarray | None:
+    """Return the one component that changes of places, which are JSON; None of other values."""
+    try:
+        values = np.array([json.loads(text) for text in column], dtype=float)
+    except (TypeError, ValueError):
+        return None
+    if values.ndim != 2:
+        return None
+    (moving,) = np.nonzero(np.ptp(values, axis=0))
+    return np.asarray(values[:, moving[0]]) if moving.size == 1 else None
+
+
 def sweep_pictures(plan: Plan, frame: pd.DataFrame) -> list[Block]:
     """Return the pictures of a sweep; none if it has more than two directions."""
     axes = [_Axis(direction, frame) for direction in plan.directions]
+    if plan.file.periodic:
+        return list(_responses(plan, frame, axes))
     if len(axes) > 2 or len(frame) < 2:
         return []
     if len(axes) == 1:
@@ -199,3 +228,65 @@ def _title(regime: str) -> str:
 def _wrapped(label: str) -> str:
     """Break the label of an axis, which is about two inches long."""
     return textwrap.fill(label, 30, break_on_hyphens=False)
+
+
+def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterator[Picture]:
+    """Draw the steady responses over the last direction, a picture for a few values of the other ones."""
+    *others, along = axes
+    names = [
+        ", ".join(f"{axis.direction.label} = {axis.name(axis.places[n])}" for axis in others)
+        for n in range(len(frame))
+    ]
+    groups, over = list(dict.fromkeys(names)), along.direction.label
+    for first in range(0, len(groups), _COLUMNS):
+        columns = {name: frame[[other == name for other in names]] for name in groups[first : first + _COLUMNS]}
+        width, height = 3.4 * max(len(columns), 2), 2.0 * (1 + len(plan.quantities)) + 0.4
+        with picture(f"Steady response over {over}, on the way up and down.", width, height) as drawn:
+            draw_responses(drawn.figure, plan, columns)
+        yield drawn
+
+
+def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFrame]) -> None:
+    """Draw the rows of a sweep of steady responses over its last direction, a column for each title and frame.
+
+    The first panels hold the samples at whole periods, where a motion that does not repeat is a cloud, the others
+    the quantities.  The way up is in large pale dots, the way down in small dark ones over them, so that both are
+    seen where they agree.
+    """
+    assert plan.file.periodic is not None
+    sample, last = plan.file.periodic.sample, plan.directions[-1]
+    rows = [(SAMPLES, f"{sample.replace('_', ' ')} at whole periods", VARIABLES[sample][0])]
+    rows += [(q.name, _plain(q), q.unit) for q in plan.quantities]
+    panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey="row")
+    for (name, label, unit), beside in zip(rows, panels, strict=True):
+        points = {title: _points(frame, last, name) for title, frame in columns.items()}
+        factor, prefix = _prefix(max(part["y"].abs().max() for part in points.values()), unit)
+        for axes, part in zip(beside, points.values(), strict=True):
+            for way, style in _WAYS.items():
+                on = part[part["way"] == way]
+                axes.plot(on["x"], on["y"] / factor, ls="", label=f"{last.label} {way}", **style)
+            axes.grid(visible=False)
+        beside[0].set_ylabel(textwrap.fill(with_unit(label, prefix + unit), _LABEL))
+    for (title, frame), column in zip(columns.items(), panels.T, strict=True):
+        column[0].set_title(title)
+        _Axis(last, frame).label(column[-1], "x")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=1.8)
+
+
+def _points(frame: pd.DataFrame, along: AxisSection, name: str) -> pd.DataFrame:
+    """Return points x, y and the way of one column, several of a row of samples."""
+    y = frame[name].map(lambda text: json.loads(text or "[]")) if name == SAMPLES else frame[name]
+    points = pd.DataFrame({"x": _Axis(along, frame).places, "y": y.tolist(), "way": frame["direction"].tolist()})
+    return points.explode("y").astype({"y": float})
+
+
+def _prefix(largest: float, unit: str) -> tuple[float, str]:
+    """Return factor and prefix of a unit for values up to the largest."""
+    if unit in ("1", ""):
+        return 1.0, ""
+    return next(((factor, name) for factor, name in _PREFIXES if largest >= factor), (1.0, ""))
+
+
+def _plain(q: Quantity) -> str:
+    return q.name.replace("max:", "largest ").replace("min:", "least ").replace("_", " ")

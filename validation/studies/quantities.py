@@ -114,8 +114,6 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
     return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
 
 
-#: decided before the contact begins, or the error of the balance, which goes to zero
-_DETERMINED = ("first_impact", "start:1", "event:1", "unaccounted")
 _FORCES = ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau")
 
 
@@ -131,7 +129,7 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     if "start" in limits or _damping_unresolved(history):
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
-        return {name: why for name in names if not _decided_before(name, history, touch_down)}
+        return {name: why for name in names if decided_at(name, history) > touch_down}
     if "peak_force" in limits:
         return {
             name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
@@ -147,16 +145,30 @@ def _damping_unresolved(history: History) -> bool:
     return bool(convergence_warnings(beam_of(history.scenario), [m["contacts"] for m in history.macro_collisions]))
 
 
-def _decided_before(name: str, history: History, touch_down: float) -> bool:
-    """Whether a quantity is decided at the first touch-down (s)."""
-    variable, at, moment = name.partition("@")
+def decided_at(name: str, history: History) -> float:
+    """Time (s) at which the value of a quantity in a run is decided; infinite if the rest of the run has a say."""
+    _, at, moment = name.partition("@")
     if at:
-        return moment != "end" and float(moment) <= touch_down
-    extreme, _, variable = name.partition(":")
-    if extreme in ("max", "min"):
-        values, before = _values(history, variable), history["time"].values <= touch_down
-        return _extreme(extreme, values[before]) == _extreme(extreme, values)
-    return name in _DETERMINED
+        return math.inf if moment == "end" else float(moment)
+    kind, _, part = name.partition(":")
+    if kind in ("max", "min"):
+        values = _values(history, part)
+        where = np.argwhere(values == _extreme(kind, values))  # none among samples without section forces
+        return float(history["time"].values[where[0, 0]]) if len(where) else math.inf
+    if name == "unaccounted":  # the error of the balance, which goes to zero
+        return -math.inf
+    meaning = quantity(name).meaning
+    first, second = name == "first_impact" or _FIRST in meaning, _SECOND in meaning
+    number = int(part) if kind in _NUMBERED else 1 if first else 2 if second else 0
+    try:
+        if kind == "event":
+            return _event_time(history, number - 1)
+        if kind in ("start", "first_impact", "second_impact"):
+            return _start(history, number - 1)
+        # behind the jump of an impact that is a collision by itself
+        return math.nextafter(_collision(history, number - 1)["end"], math.inf) if number else math.inf
+    except GapError:
+        return math.inf
 
 
 def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:
@@ -303,6 +315,18 @@ def _model_error(history: History) -> float:
     return deflection_error(scenario, motion)
 
 
+def _of_period(key: str) -> Callable[[History], float]:
+    """Return what measures an entry of the periodic response, see `validation.studies.periodic`."""
+
+    def measure(history: History) -> float:
+        _require_completed(history)
+        if "periodic" not in history.summary:
+            raise GapError("only of a periodic response")
+        return float(history.summary["periodic"][key])
+
+    return measure
+
+
 def _event_time(history: History, number: int) -> float:
     if len(history.events) <= number:
         raise GapError(f"has {len(history.events)} events")
@@ -372,6 +396,18 @@ _TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
     "lost_scheme": ("J", "energy the scheme takes", _ledger("lost_scheme")),
     "unaccounted": ("J", "energy the ledger cannot explain", _ledger("unaccounted")),
     "energy_lost": ("J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
+    "supplied": ("J", "work of the base, of drives and torques", _ledger("supplied")),
+    "period": (
+        "1",
+        "period of the response in periods of the base, 0 if it does not repeat",
+        _of_period("period"),
+    ),
+    "transient": ("1", "periods of the base until then", _of_period("transient")),
+    "impacts_per_period": (
+        "1",
+        "contacts that begin in the periodic response, per period of the base",
+        _of_period("impacts_per_period"),
+    ),
     "events": ("1", "transitions of the whole run", lambda history: float(len(history.events))),
     "model_error": ("1", _MODEL_ERROR, _model_error),
 }

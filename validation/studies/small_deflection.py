@@ -1,4 +1,4 @@
-"""Where the small-deflection model ends: the floating frame against the exact beam, over flexibility and spin.
+"""Range of validity of small deflections: the floating frame against the exact beam, over flexibility and spin.
 
 Beams in units of L = rho A = E I = 1 (unit of time T = sqrt(rho A L^4/E I)), loaded more and more, so that the
 largest deflection goes from some thousandths of the length to about a half of it:

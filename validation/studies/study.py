@@ -9,13 +9,14 @@ import os
 import re
 import tempfile
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from oblique_impact.contact.state import State
@@ -30,7 +31,8 @@ from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each
-from oblique_impact.validation.studies.quantities import GapError, not_determined, quantity
+from oblique_impact.validation.studies.periodic import MotionState, PeriodicSection, periodic_response
+from oblique_impact.validation.studies.quantities import VARIABLES, GapError, not_determined, quantity
 
 #: the frame of a study in its folder
 TABLE = "results.parquet"
@@ -57,6 +59,8 @@ COLUMNS: dict[str, tuple[Any, str, str]] = {
     "energy": (math.nan, "J", "the larger of initial and final energy"),
     "wall_time": (0.0, "s", "wall time of the run; the only column that differs from time to time"),
 }
+#: columns of periodic responses besides: lists of numbers, as JSON
+SAMPLES, STATE = "samples", "state"
 
 
 @dataclass(frozen=True)
@@ -70,13 +74,17 @@ class Run:
     #: what is measured
     quantities: tuple[str, ...]
     fault: str = ""
+    #: measure the steady state on a shaken base, not the run itself
+    periodic: PeriodicSection | None = None
+    #: index of an earlier run of the study, from whose end a steady state is sought; None: from rest
+    after: int | None = None
 
     @property
     def key(self) -> str:
         """Hash of all that decides about its row."""
         scenario = "" if self.scenario is None else self.scenario.model_dump_json()
-        decisive = json.dumps([scenario, self.quantities, self.fault, source_digest(SOURCE)])
-        return hashlib.sha256(decisive.encode()).hexdigest()[:16]
+        decisive = [scenario, self.quantities, self.fault, source_digest(SOURCE)]
+        return _hash([*decisive, self.periodic.model_dump()] if self.periodic else decisive)
 
 
 class OutOfTimeError(Exception):
@@ -134,17 +142,17 @@ def run_study(
     """
     check_limits(scheduler, workers, timeout)
     path = None if folder is None else prepare_folder(folder) / TABLE
-    keys = [run.key for run in runs]
+    keys = list[str]()
+    for run in runs:
+        keys.append(run.key if run.after is None else _hash([keys[run.after], run.key]))
     rows = {key: failed(INVALID, run.fault) for run, key in zip(runs, keys, strict=True) if run.scenario is None}
     if path is not None and path.exists():
         rows |= _read(path, set(keys), exclusive)
-    left = [n for n, key in enumerate(keys) if key not in rows][::-1]
-    done, saved = len(runs) - len(left), time.monotonic()
+    done, saved = sum(key in rows for key in keys), time.monotonic()
     on_progress(Progress(done, len(runs)))
     measured = partial(measure_run, histories=histories, timeout=timeout)
     try:
-        for place, found in compute_each(measured, [runs[n] for n in left], workers, scheduler):
-            number = left[place]
+        for number, found in _each(measured, runs, keys, rows, workers, scheduler):
             row, files = (failed(CRASHED, found.reason), {}) if isinstance(found, Crash) else found
             if files and path is not None:
                 # before its row: a folder that is not complete has no row, and its run is repeated
@@ -168,11 +176,48 @@ def run_study(
     return frame
 
 
-def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[str, Any], dict[str, bytes]]:
+def _hash(decisive: list[Any]) -> str:
+    return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()[:16]
+
+
+def _each(
+    measured: Callable[[tuple[Run, MotionState | None]], Any],
+    runs: Sequence[Run],
+    keys: Sequence[str],
+    rows: Mapping[str, Mapping[str, Any]],
+    workers: int | None,
+    scheduler: str | None,
+) -> Iterator[tuple[int, Any]]:
+    """Yield index and result of each run without a row, those that go on from others after these."""
+    depths = list[int]()
+    for run in runs:
+        depths.append(0 if run.after is None else depths[run.after] + 1)
+    for depth in range(max(depths, default=0) + 1):
+        left = [n for n, key in enumerate(keys) if depths[n] == depth and key not in rows][::-1]
+        before = [runs[n].after for n in left]
+        states = [None if after is None else _state(rows[keys[after]]) for after in before]
+        items = list(zip((runs[n] for n in left), states, strict=True))
+        for place, found in compute_each(measured, items, workers, scheduler):
+            yield left[place], found
+
+
+def _state(row: Mapping[str, Any]) -> MotionState | None:
+    """Return the state in which a run has ended; None if it failed."""
+    if not row.get(STATE):
+        return None
+    q, qd = json.loads(row[STATE])
+    return np.array(q), np.array(qd)
+
+
+def measure_run(
+    item: tuple[Run, MotionState | None], histories: bool, timeout: float | None
+) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Simulate and measure one run, in whatever process; returns its row and the files of its history, if wanted.
 
-    A failure becomes a row that says so.  `timeout` (s) bounds the wall time but for what is compiled in it.
+    It comes with the state from which it goes on, if any.  A failure becomes a row that says so.  `timeout` (s)
+    bounds the wall time but for what is compiled in it.
     """
+    run, state = item
     assert run.scenario is not None
     started, files = time.perf_counter(), dict[str, bytes]()
     try:
@@ -182,7 +227,10 @@ def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[
                 if timeout is not None and marching.seconds > timeout:
                     raise OutOfTimeError(f"took longer than {timeout:g} s, until t = {status.time:.6g} s")
 
-            history = simulate(run.scenario, check_time)
+            if run.periodic:
+                history = periodic_response(run.scenario, state, run.periodic, check_time)
+            else:
+                history = simulate(run.scenario, check_time)
         row = measure(history, run.quantities)
         if histories:  # as bytes: a worker of a cluster may have no folder in common with us
             with tempfile.TemporaryDirectory() as folder:
@@ -199,7 +247,7 @@ def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[
 
 
 def failed(outcome: str, message: str) -> dict[str, Any]:
-    """Return the row of a run that has nothing to tell but why it failed."""
+    """Return the row of a failed run: the reason, and no quantities."""
     row = {name: empty for name, (empty, *_) in COLUMNS.items()}
     return row | {"outcome": outcome, "message": " ".join(message.split())[:500]}
 
@@ -214,6 +262,9 @@ def measure(history: History, quantities: Sequence[str]) -> dict[str, Any]:
             row[name] = math.nan
             gaps.append(f"{name}: {gap}")
     undetermined = not_determined(quantities, history)
+    if "periodic" in history.summary:
+        row[SAMPLES] = json.dumps(history.summary["periodic"]["samples"])
+        row[STATE] = json.dumps([history[name].values[-1].tolist() for name in ("q", "qd")])
     return row | {
         "regime": regime(history),
         "outcome": history.outcome.label,
@@ -281,10 +332,21 @@ def _frame(
     """Return the rows that are there, in the order of the runs, with units and meanings."""
     there = [{**rows[key], **run.labels, "key": key} for run, key in zip(runs, keys, strict=True) if key in rows]
     names = dict.fromkeys(name for run in runs for name in run.quantities)
+    samples = next((run.periodic.sample for run in runs if run.periodic), "")
+    extra = [SAMPLES, STATE] if samples else []
     labels = dict.fromkeys(name for run in runs for name in run.labels)
-    frame = pd.DataFrame(there, columns=[*labels, *names, *COLUMNS, "key"]).astype(dict.fromkeys(names, float))
+    frame = pd.DataFrame(there, columns=[*labels, *names, *extra, *COLUMNS, "key"]).astype(
+        dict.fromkeys(names, float)
+    )
+    frame[extra] = frame[extra].fillna("")
     about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
     about |= {name: (unit, meaning) for name, (_, unit, meaning) in COLUMNS.items()}
+    if samples:
+        unit, meaning = VARIABLES[samples]
+        about |= {
+            SAMPLES: (unit, f"{meaning} at whole periods of the base, of one period of the response"),
+            STATE: ("", "coordinates and velocities at the end, from which the next run goes on"),
+        }
     frame.attrs = {
         "units": _Shared({**units, **{name: unit for name, (unit, _) in about.items()}}),
         "meanings": _Shared({name: meaning for name, (_, meaning) in about.items()}),

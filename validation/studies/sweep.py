@@ -56,7 +56,7 @@ class SweepResult:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many runs ended how, the most frequent first."""
+        """Number of runs by outcome, the most frequent first."""
         return {str(name): int(count) for name, count in self.frame["outcome"].value_counts().items()}
 
     def __repr__(self) -> str:

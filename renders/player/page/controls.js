@@ -17,7 +17,7 @@ function refresh() {
   requestAnimationFrame((stamp) => {
     show.asked = false;
     if (show.playing) advance(stamp);
-    drawScene();
+    drawScenes();
     drawInset();
     write();
   });
@@ -97,8 +97,10 @@ function write() {
   const k = Math.floor(show.place), name = facts.states[run.state[k]], film = mix(run.film, show.place);
   for (const element of written) element.textContent = run[element.dataset.text][k];
   $("charts").style.setProperty("--now", film / (FILM || 1));
-  $("state").textContent = $("state").className = name;
-  $("rate").textContent = `shown at ${facts.rates[show.speed][run.rate[k]]}`;
+  $("state").textContent = name;
+  $("state").className = `state ${name}`;
+  const side = !show.playing && k === show.place && run.side_text[k];
+  $("rate").textContent = [side, `shown at ${facts.rates[show.speed][run.rate[k]]}`].filter(Boolean).join(", ");
   const { thick } = sceneView();
   const notes = [factor.note, thick > 1 && `thickness ×${thick}`, zoom.by > 1 && `zoom ×${Number(zoom.by.toPrecision(3))}`];
   $("deformation").textContent = [...notes, root.classList.contains("embed") && $("deformation").dataset.warnings].filter(Boolean).join(", ");
@@ -125,7 +127,7 @@ function markCurrent(list) {
 
 /** Zoom the scene about a place; without one about the contact point where it is seen, or the middle. */
 function zoomScene(times, place) {
-  const size = sizeOf(scene), view = sceneView(), touch = touchPlace(view);
+  const size = sizeOf(scene), view = sceneView(), touch = touchPlace(view, closeContact());
   const [x, y] = place ?? (touch.every((v, n) => v > 0 && v < size[n]) ? touch : size.map((v) => v / 2));
   zoom.by = clamp(zoom.by * times, 1, MOST);
   const now = toPixels(sceneView(), [(x - view.x0) / view.scale, (view.y0 - y) / view.scale]);
@@ -146,7 +148,7 @@ function panScene(right, down) {
 const showAll = () => zoomScene(0);
 
 /** Fingers and mouse on the scene: one drags, two pinch; the wheel zooms where it does not scroll a page. */
-function connectScene() {
+function connectScene(scene) {
   const held = new Map();
   const at = ({ offsetX, offsetY }) => [offsetX / unit(), offsetY / unit()];
   const pinch = () => {
@@ -224,6 +226,48 @@ function followFragment() {
   if (wanted.has("play") && !calm.matches) setPlaying(true);
 }
 
+// To keep and to send ----------------------------------------------------------------------------------------------
+
+/** What is seen, with its time, what is magnified and the scale of its colours, as a file. */
+function savePicture() {
+  const [each, height] = sizeOf(scene), dots = scene.width / each, width = each * scenes.length, head = 58, foot = 62;
+  const size = { width: scene.width * scenes.length, height: scene.height + (head + foot) * dots };
+  const canvas = Object.assign(document.createElement("canvas"), size);
+  const c = canvas.getContext("2d"), write = (words, x, y, font, fill, align = "left") => {
+    Object.assign(c, { font, fillStyle: fill, textAlign: align });
+    c.fillText(words, x, y, width - 20);
+  };
+  c.scale(dots, dots);
+  c.fillStyle = colour.background;
+  c.fillRect(0, 0, width, head + height + foot);
+  scenes.forEach((one, n) => {
+    c.drawImage(one, n * each, head, each, height);
+    const name = one.parentElement.previousElementSibling;
+    if (scenes.length > 1) write(name.textContent, n * each + 10, head + 14, FONT.replace("12.5px", "600 14px"), colour.ink);
+  });
+  write(`t = ${$("time").textContent}   ${scenes.length > 1 ? "" : $("state").textContent}   ${run.side_text[Math.floor(show.place)]}`, 10, 24, FONT.replace("12.5px", "600 18px"), colour.ink);
+  write($("deformation").textContent, 10, 46, FONT, colour.ink);
+  const scale = document.querySelector(".scale:not([hidden])"), long = Math.min(360, width - 80), left = (width - long) / 2, top = head + height + 20;
+  write(scale.firstChild.textContent.trim(), width / 2, top - 7, FONT, colour.ink, "center");
+  facts.ramp.forEach((fill, n) => { c.fillStyle = fill; c.fillRect(left + (n * long) / 256, top, long / 256 + 1, 12); });
+  for (const tick of scale.querySelectorAll("span")) write(tick.textContent, left + (parseFloat(tick.style.left) / 100) * long, top + 28, FONT, colour.ink, "center");
+  canvas.toBlob((file) => {
+    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(file), download: `${document.title} ${$("time").textContent}.png` });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+}
+
+/** The address of this instant, in the line of the browser and, where it may be, ready to be pasted. */
+function linkHere() {
+  setPlaying(false);
+  const look = root.dataset.chosen === "auto" ? "" : `&theme=${root.dataset.chosen}`;
+  history.replaceState(null, "", `#t=${run.time[show.place]}&colour=${show.result}${look}`);
+  navigator.clipboard?.writeText(window.location.href).catch(() => {});
+  $("link").textContent = "link is ready";
+  setTimeout(() => { $("link").textContent = "link"; }, 2000);
+}
+
 const pan = (right, down) => () => panScene(right * PART * sizeOf(scene)[0], down * PART * sizeOf(scene)[1]);
 const KEYS = {
   "+": () => zoomScene(ZOOM), "=": () => zoomScene(ZOOM), "-": () => zoomScene(1 / ZOOM), 0: showAll,
@@ -234,6 +278,7 @@ const BUTTONS = {
   play: toggle, home: KEYS.Home, end: KEYS.End, back: () => step(-1), forward: () => step(1),
   "event-back": () => stepEvent(-1), "event-forward": () => stepEvent(1),
   "zoom-in": KEYS["+"], "zoom-out": KEYS["-"], "zoom-all": showAll,
+  picture: savePicture, link: linkHere,
   theme: () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"),
 };
 const CHOICES = {
@@ -270,9 +315,9 @@ document.addEventListener("click", ({ target }) => {
 window.addEventListener("hashchange", followFragment);
 dark.addEventListener("change", () => setTheme(root.dataset.chosen));
 const sizes = new ResizeObserver(refresh);
-[scene, inset].forEach((canvas) => sizes.observe(canvas));
+[...scenes, inset].forEach((canvas) => sizes.observe(canvas));
 all(".plot").forEach(connectChart);
-connectScene();
+scenes.forEach(connectScene);
 if ($("warnings")) $("warnings").open = window.matchMedia("(min-width: 900px) and (min-height: 800px)").matches;
 $("slider").max = String(FILM);
 setFactor($("factor").value);
@@ -283,6 +328,6 @@ followFragment();
 
 /* For a page that embeds this one, and for tests. */
 window.player = {
-  play: () => setPlaying(true), pause: () => setPlaying(false), seek, goTo, run,
+  play: () => setPlaying(true), pause: () => setPlaying(false), seek, goTo, run, runs,
   now: () => ({ frame: show.place, time: mix(run.time, show.place), state: stateAt(show.place), playing: show.playing, zoom: zoom.by, axis: axisAt(show.place, 1) }),
 };

@@ -1,19 +1,26 @@
-/* The run as Python computed it, and what lies between two frames. All in SI units. */
+/* The runs as Python computed them, and what lies between two frames. All in SI units. */
 
 const $ = (id) => document.getElementById(id);
-const facts = JSON.parse($("facts").textContent);
 const KINDS = { u1: Uint8Array, i4: Int32Array, f4: Float32Array, f8: Float64Array };
-const run = await unpack();
-const LAST = run.time.length - 1, STATIONS = facts.stations.length, FILM = run.film[LAST];
+const runs = await Promise.all([...document.querySelectorAll("[data-facts]")].map(unpack));
+let facts, run, LAST, STATIONS; // of the run that is drawn now, otherwise of the first one
+use(0);
+const FILM = run.film[LAST];
 
-async function unpack() {
-  const packed = Uint8Array.from(atob($("arrays").textContent), (letter) => letter.charCodeAt(0));
+function use(number) {
+  ({ facts, run } = runs[number]);
+  [LAST, STATIONS] = [run.time.length - 1, facts.stations.length];
+}
+
+async function unpack(element) {
+  const facts = JSON.parse(element.textContent);
+  const packed = Uint8Array.from(atob(element.nextElementSibling.textContent), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   const bytes = await new Response(stream).arrayBuffer();
   const read = ([kind, from, count]) => kind === "text"
     ? new TextDecoder().decode(new Uint8Array(bytes, from, count)).split("\n")
     : new KINDS[kind](bytes, from, count);
-  return Object.fromEntries(Object.entries(facts.arrays).map(([name, place]) => [name, read(place)]));
+  return { facts, run: Object.fromEntries(Object.entries(facts.arrays).map(([name, place]) => [name, read(place)])) };
 }
 
 const clamp = (value, least, most) => Math.min(most, Math.max(least, value));

@@ -9,7 +9,8 @@ const PIECES = 5; // of one colour along the beam between two stations
 const GHOSTS = 4;
 const MOST = 400; // times as large as the whole
 
-const scene = $("scene"), inset = $("inset");
+const scenes = [...document.querySelectorAll("[data-scene]")], inset = $("inset");
+let [scene] = scenes; // of the run that is drawn now
 const zoom = { by: 1, x: 0, y: 0 }; // how large; the middle of what is seen, in metres from that of the whole
 let factor = null; // one of `facts.factors`
 let colour = {}; // of the theme
@@ -84,6 +85,22 @@ function insetView() {
   return { scale, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick: 1 };
 }
 
+/** Draw each run in its own picture, all at the film time of the first one. */
+function drawScenes() {
+  const { place } = show, film = mix(run.film, place);
+  scenes.forEach((canvas, number) => {
+    use(number);
+    scene = canvas;
+    if (number) show.place = placeOf(run.film, film);
+    drawScene();
+    const state = scenes.length > 1 && canvas.parentElement.previousElementSibling.querySelector(".state");
+    if (state) state.textContent = (state.className = `state ${facts.states[stateAt(show.place)]}`).slice(6);
+  });
+  use(0);
+  [scene] = scenes;
+  show.place = place;
+}
+
 function drawScene() {
   const c = begin(scene), view = sceneView();
   drawObstacles(c, view);
@@ -99,7 +116,7 @@ function drawScene() {
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
   circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
   drawZones(c, view, axisAt(show.place, factor.factor));
-  drawForces(c, view, facts.longest_arrow * view.whole, run.force_text[Math.floor(show.place)]);
+  drawForces(c, view, facts.longest_arrow * view.whole, `contact force ${run.force_text[Math.floor(show.place)]}`);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
 

@@ -1,0 +1,237 @@
+"""Keys found from measured data: made data with noise, what sensors read, faulty files."""
+
+import json
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import binom
+
+from oblique_impact import Scenario, simulate
+from oblique_impact.problem import beam_of
+from oblique_impact.validation import fit
+from oblique_impact.validation.studies.measured import along_beam
+from oblique_impact.validation.studies.parallel import map_parallel
+
+# a steel strip, clamped, falls onto an elastic stop 2 mm below it, twice in a tenth of a second
+STRIP = Scenario.builtin(
+    "shaken",
+    [
+        *("base.acceleration=0", "initial.angle=0", "slope.origin=[0.25,-0.002]", "slope.angle=0", "end_time=0.1"),
+        *("discretization.modes=3", "solver.output_interval=1e-3", "beam.kelvin_voigt=1e-3"),
+    ],
+)
+KEYS = ("beam.kelvin_voigt", "contact.stiffness")
+GUESS = STRIP.replace(beam__kelvin_voigt=5e-4, contact__stiffness=1.5e4)
+TIMES = np.linspace(2e-3, 0.1, 50)
+
+
+def written(path, header, *columns):
+    """A file of measured data."""
+    rows = "".join(",".join(map(repr, map(float, row))) + "\n" for row in zip(*columns, strict=True))
+    path.write_text(f"# made data\n{header}\n{rows}")
+    return path
+
+
+def repetition(task):
+    """Fit the displacement of the strip with the noise of a seed; the results."""
+    path, seed, exact = task
+    noise = 2e-5 * np.random.default_rng(seed).standard_normal(TIMES.size)
+    data = written(path / f"{seed}.csv", "time [ms], displacement@200 mm [mm]", 1e3 * TIMES, 1e3 * (exact + noise))
+    return fit(GUESS, data, vary=KEYS, starts=1, workers=1)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return along_beam(simulate(STRIP), "displacement", 0.2, TIMES)
+
+
+def misses(results):
+    """How often the true value of each key is outside of its interval."""
+    return [
+        sum(not result.interval(key)[0] <= STRIP.value_of(key) <= result.interval(key)[1] for result in results)
+        for key in KEYS
+    ]
+
+
+@pytest.mark.slow
+def test_95_of_100_intervals_hold_the_true_value(tmp_path, exact):
+    results = map_parallel(repetition, [(tmp_path, seed, exact) for seed in range(100)])
+    for missed in misses(results):
+        assert binom.ppf(0.01, 100, 0.05) <= missed <= binom.ppf(0.99, 100, 0.05)
+
+
+def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_path, cli, exact):
+    """By the command, from two sensors with noise of their own; nothing slides here, so friction has no effect."""
+    scatter, strains = np.random.default_rng(1), along_beam(simulate(STRIP), "strain", 0.03, TIMES)
+    displacement, strain = (
+        clean + noise * scatter.standard_normal(TIMES.size) for clean, noise in ((exact, 2e-5), (strains, 1e-6))
+    )
+    header = "time [ms], displacement@0.2 m [mm], strain@3 cm [um/m]"
+    data = written(tmp_path / "d.csv", header, 1e3 * TIMES, 1e3 * displacement, 1e6 * strain)
+    (tmp_path / "guess.toml").write_text(GUESS.to_toml())
+    vary = [word for key in (*KEYS, "contact.mu_static,contact.mu_kinetic") for word in ("--vary", key)]
+    out = tmp_path / "out"
+    code, printed, _ = cli(
+        "fit", tmp_path / "guess.toml", data, *vary, "--starts", 2, "--workers", 1, "--out", out
+    )
+    assert code == 0
+    assert "contact.mu_static = contact.mu_kinetic: has no effect" in printed
+    found = json.loads((out / "results.json").read_text())
+    rows = {row["key"]: row for row in found["keys"]}
+    for key in KEYS:
+        assert rows[key]["low"] < STRIP.value_of(key) < rows[key]["high"]
+        # both starts end there
+        ends = [start[f"{key} to"] for start in found["starts"]]
+        assert ends == pytest.approx([rows[key]["value"]] * 2, rel=1e-2)
+    assert rows["contact.mu_static"] == {**rows["contact.mu_static"], "value": 0.3, "low": None, "high": None}
+    residuals = pd.read_csv(out / "results.csv")
+    # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
+    fitted = simulate(Scenario.load(str(out / "scenario.toml")))
+    for column, noise, place in (("displacement@0.2 m", 2e-5, 0.2), ("strain@3 cm", 1e-6, 0.03)):
+        rows_of_it = residuals[residuals["column"] == column]
+        assert rows_of_it["deviation"].to_numpy() == pytest.approx(np.full(TIMES.size, noise), rel=0.3)
+        again = along_beam(fitted, column.partition("@")[0], place, TIMES)
+        assert rows_of_it["fitted"].to_numpy() == pytest.approx(again, abs=1e-3 * noise)
+    assert "correlation" in (out / "report.html").read_text().lower()
+
+
+@pytest.mark.parametrize(("deviation", "kind"), [(400e-6, "Jacobian"), (12e-3, "profile")])
+def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, kind):
+    """A rigid bar bounces off a soft stop in half a period pi sqrt(J/k)/L.
+
+    What fits four durations is their mean; the interval ends where the duration is that -+ 1.96 sigma/2.
+    """
+    bar = Scenario.builtin(
+        "paper",
+        [
+            *(
+                "beam.youngs_modulus=1e15",
+                "discretization.modes=1",
+                "contact.normal=spring",
+                "contact.stiffness=3e3",
+            ),
+            *("contact.friction=frictionless", "gravity=0", "initial.angle=0.01", "initial.angular_velocity=-1"),
+            *("slope.angle=0", "slope.origin=[0,0]", "end_time=0.2", "solver.output_interval=1e-2"),
+        ],
+    )
+    times = np.array([0.0385, 0.0392, 0.0390, 0.0381])
+    header = "collision_duration [ms], collision_duration +- [us]"
+    data = written(tmp_path / "t.csv", header, 1e3 * times, [1e6 * deviation] * 4)
+    result = fit(bar, data, vary=["contact.stiffness=1 kN/m:20 kN/m"], starts=1, workers=1)
+    (row,) = result.keys.itertuples()
+    assert row.interval == kind
+
+    def stiffness(duration):
+        return bar.beam.density * bar.beam.area / 3.0 * (math.pi / duration) ** 2
+
+    assert row.value == pytest.approx(stiffness(times.mean()), rel=2e-3)
+    for end, moved in ((row.low, 0.98 * deviation), (row.high, -0.98 * deviation)):
+        assert math.log(end / row.value) == pytest.approx(
+            math.log(stiffness(times.mean() + moved) / stiffness(times.mean())), rel=3e-2
+        )
+    assert result.squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
+
+
+def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
+    """Young's modulus and second moment of area: their profiles stay open, and each is named with the other."""
+    data = written(tmp_path / "d.csv", "time [s], displacement@0.2 m [m]", TIMES[:8], exact[:8])
+    flight = GUESS.replace(contact__enabled=False)
+    result = fit(flight, data, vary=["beam.youngs_modulus", "beam.second_moment"], starts=1, workers=1)
+    assert (result.keys["low"] == 0.0).all()
+    assert np.isinf(result.keys["high"]).all()
+    named = [warning for warning in result.warnings if "not identified" in warning]
+    assert [("beam.second_moment" in words, "beam.youngs_modulus" in words) for words in named] == [
+        (True, True)
+    ] * 2
+
+
+# --- sensors
+
+
+def test_sensors_on_a_rigid_pendulum():
+    """A stiff rod swings from 0.5 rad: theta'' = -(3 g/2 L) cos theta, and the moment of a falling chimney.
+
+    M(x) = (m g/4 L^2) cos theta x (L - x)^2: the part outside of x weighs more than its inertia holds it.
+    """
+    rod = Scenario.builtin(
+        "paper",
+        [
+            "contact.enabled=false",
+            "beam.youngs_modulus=1e14",
+            "initial.angle=0.5",
+            "end_time=0.3",
+            "discretization.modes=1",
+            "beam.outer_fibre=0.01",
+            "beam.kelvin_voigt=1e-4",
+        ],
+    )
+    history, times, x = simulate(rod), np.array([0.05, 0.12345, 0.3]), 0.3
+    theta, spin = history["theta"].interp(time=times).values, history["theta_dot"].interp(time=times).values
+    read = {
+        kind: along_beam(history, kind, x, times)
+        for kind in ("displacement", "velocity", "acceleration", "strain")
+    }
+    beam = rod.beam
+    assert read["displacement"] == pytest.approx(x * np.sin(theta - 0.5), abs=1e-6)
+    assert read["velocity"] == pytest.approx(x * spin * np.cos(theta - 0.5), abs=1e-5)
+    assert read["acceleration"] == pytest.approx(-1.5 * rod.gravity / beam.length * np.cos(theta) * x, rel=1e-4)
+    weight = beam.density * beam.area * beam.length * rod.gravity
+    moment = weight / (4.0 * beam.length**2) * np.cos(theta) * x * (beam.length - x) ** 2
+    strain = 0.01 * moment / (beam.youngs_modulus * beam.second_moment)
+    assert np.abs(read["strain"]) == pytest.approx(np.abs(strain), rel=1e-3)
+
+
+def test_strain_is_that_of_the_bent_beam_and_not_of_its_damping():
+    """Against curvatures of many shape functions, of a strip whose damping takes a third of the moment."""
+    strip = STRIP.replace(contact__enabled=False, beam__kelvin_voigt=4e-3, discretization__modes=12)
+    history = simulate(strip)
+    o, where = beam_of(strip).operators, 8
+    curvature = history["q"].values[:, 1:] @ o.stations.curvatures[where]
+    read = along_beam(history, "strain", float(o.stations.points[where]), history["time"].values[10:])
+    assert read == pytest.approx(5e-4 * curvature[10:], rel=2e-2, abs=1e-7)
+    at_rest = 5e-4 * 7850.0 * 2e-5 * 9.8 * (0.25 - 0.0625) ** 2 / 2.0 / (2.1e11 * strip.beam.second_moment)
+    assert abs(read[-1]) == pytest.approx(at_rest, rel=0.2)
+
+
+# --- what is refused
+
+
+SERIES = "time [ms], displacement@0.1 m [mm]\n1,2\n2,3\n3,4\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "vary", "words"),
+    [
+        ("time [ms], strian@0.1 m\n1,2\n", KEYS[1], "column strian@0.1 m: known over time are displacement@PLACE"),
+        ("time [ms], velocity@0.1 m\n1,2\n", KEYS[1], "its unit is missing; write velocity@0.1 m [m/s]"),
+        (
+            "time [ms], velocity@0.1 m [mm]\n1,2\n",
+            KEYS[1],
+            "column velocity@0.1 m [mm]: should be in m/s, not in mm",
+        ),
+        ("time [ms], velocity@0.3 m [m/s]\n1,2\n", KEYS[1], "the place should be from 0 to 0.25 m"),
+        ("time [ms], theta [deg]\n\n1,two\n", KEYS[1], "line 3: theta = 'two': should be a number, or empty"),
+        ("time [ms], theta [deg]\n1,2,3\n", KEYS[1], "line 2: has 3 cells, the header 2"),
+        ("time [s], theta [deg]\n1,2\n", KEYS[1], "time: should be from 0 to end_time 0.1 s"),
+        ("impuls [N s]\n1\n", KEYS[1], "column impuls: known are"),
+        ("impulse +- [N s]\n1\n", KEYS[1], "column impulse +-: there is no column impulse"),
+        ("impulse [N s], impulse +- [N s], contacts\n1,1,1\n", KEYS[1], "contacts +-: missing"),
+        ("impulse [N s], contacts\n1,1\n", KEYS[1], "column impulse +-: missing; without it at least 3 values"),
+        ("impulse [N s], impulse +- [N s]\n1,0\n", KEYS[1], "impulse +-: should be greater than 0"),
+        ("", KEYS[1], "should have a line of names with units"),
+        (SERIES, "contact.stifness", "did you mean contact.stiffness?"),
+        (SERIES, "discretization.modes", "should be a key that is one number"),
+        (SERIES, "contact.damping", "--vary contact.damping: is 0 in the scenario"),
+        (SERIES, "contact.damping=0:1", "should be KEY=LOW:HIGH, LOW less than HIGH, both above 0"),
+        (SERIES, "contact.stiffness=1 m:2 m", "should be in N/m"),
+        (SERIES, "contact.mu_static=low:1", "should be a number"),
+        ("impulse [N s]\n1\n", KEYS[1], "1 values for 1 keys: at least 2 are needed"),
+        ("second_impact [s], second_impact +- [s]\n1,1\n", KEYS[1], "no second impact before end_time"),
+    ],
+)
+def test_faulty_files_and_keys_are_refused_in_one_line(tmp_path, refused, text, vary, words):
+    (tmp_path / "guess.toml").write_text(GUESS.to_toml())
+    (tmp_path / "d.csv").write_text(text)
+    assert words in refused("fit", tmp_path / "guess.toml", tmp_path / "d.csv", "--vary", vary, "--starts", 1)

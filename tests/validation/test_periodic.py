@@ -1,0 +1,130 @@
+"""Steady states on a shaken base: what counts as periodic, and sweeps that go on from state to state."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from oblique_impact import InputError, Outcome, Scenario
+from oblique_impact.validation import PeriodicSection, periodic_response, sweep
+from oblique_impact.validation.studies.design import make_plan
+from oblique_impact.validation.studies.maps import draw_responses
+from oblique_impact.validation.studies.study import TABLE
+
+STRIP = Scenario.builtin("shaken", ["discretization.modes=2", "solver.output_interval=2e-3"])
+#: up and down over the frequencies of a jump: two of them have two motions
+SWEEP = """
+scenario = "shaken"
+changes.discretization.modes = 2
+quantities = ["period", "impacts_per_period", "max:bending_stress", "supplied", "energy_lost"]
+[periodic]
+tolerance = 1e-4
+[[axes]]
+key = "base.frequency"
+values = [14.0, 15.0, 16.0, 17.0, 18.0]
+"""
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    return sweep(make_plan(SWEEP), tmp_path_factory.mktemp("jump"), workers=1)
+
+
+def test_a_history_of_a_steady_state_begins_and_ends_in_the_same_state():
+    history = periodic_response(STRIP.replace(base__frequency=13.0), settings=PeriodicSection(tolerance=1e-8))
+    found, energy = history.summary["periodic"], history.balance
+    assert (found["period"], found["measured"], found["impacts_per_period"]) == (1, 1, 1.0)
+    assert history.end_time == pytest.approx(1.0 / 13.0)
+    for name in ("q", "qd"):
+        assert np.ptp(history[name].values[[0, -1]], axis=0).max() < 1e-8 * np.abs(history[name].values).max()
+    assert found["samples"] == pytest.approx([float(history["deflection"][-1])], rel=1e-7)
+    assert energy["supplied"] == pytest.approx(energy["lost_damping"], rel=1e-6)
+    again = periodic_response(
+        STRIP.replace(base__frequency=13.0), (history["q"].values[-1], history["qd"].values[-1])
+    )
+    assert again.summary["periodic"]["transient"] == 16  # which are looked at, and are steady
+
+
+def test_a_motion_that_has_not_settled_in_time_has_no_period():
+    response = periodic_response(STRIP.replace(base__frequency=20.0), settings=PeriodicSection(transient=16))
+    assert response.summary["periodic"]["period"] == 0
+    assert len(response.summary["periodic"]["samples"]) == 16
+
+
+def test_the_way_up_and_the_way_down_part_where_two_motions_exist(result):
+    up, down = (
+        result.frame[result.frame["direction"] == way].set_index("base.frequency") for way in ("up", "down")
+    )
+    assert (up["impacts_per_period"] > 0.0).tolist() == [True, True, True, False, False]
+    assert (down["impacts_per_period"] > 0.0).sort_index().tolist() == [True, True, False, False, False]
+    assert up.loc[16.0, "max:bending_stress"] > 3.0 * down.loc[16.0, "max:bending_stress"]
+    apart = (up["max:bending_stress"] / down["max:bending_stress"]).drop(16.0)
+    assert apart.tolist() == pytest.approx([1.0] * 4, rel=1e-3)
+    assert result.frame["supplied"].tolist() == pytest.approx(result.frame["energy_lost"].tolist(), rel=2e-3)
+    # a row of which the state goes on is what a call finds
+    row = down.loc[17.0]
+    state = tuple(np.array(part) for part in json.loads(down.loc[18.0, "state"]))
+    called = periodic_response(result.plan.runs[6].scenario, state, PeriodicSection(tolerance=1e-4))
+    assert called.summary["periodic"]["samples"] == json.loads(row["samples"])
+    assert "svg" in (result.folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_sweep_of_steady_states_goes_on_where_it_was_interrupted(result):
+    """Runs that are there are kept; those after a run that is repeated still go on from its end."""
+    whole = pd.read_parquet(result.folder / TABLE)
+    left = whole[~((whole["direction"] == "up") & (whole["base.frequency"] > 14.5))]
+    left.assign(steps=777).to_parquet(result.folder / TABLE)
+    again = sweep(make_plan(SWEEP), result.folder, workers=1)
+    assert again.earlier == len(left)
+    assert again.frame["samples"].tolist() == whole["samples"].tolist()
+    assert (again.frame["steps"] == 777).sum() == len(left)
+
+
+def test_a_gap_is_an_axis_too(tmp_path):
+    """From one place of the stop to another; the diagram is over the coordinate that changes."""
+    axis = 'key = "base.frequency"\nvalues = [14.0, 15.0, 16.0, 17.0, 18.0]'
+    places = 'key = "slope.origin"\nrange = [["1 mm", 0.25], [2e-3, 0.25]]\ncount = 3'
+    text = SWEEP.replace(axis, places).replace("[periodic]", '[periodic]\nsample = "gap"\ndirections = ["down"]')
+    found = sweep(make_plan(text), tmp_path, workers=1)
+    figure = Figure()
+    draw_responses(figure, found.plan, {"": found.frame})
+    up, down = figure.axes[0].lines
+    assert len(up.get_xdata()) == 0
+    assert np.unique(down.get_xdata()) == pytest.approx([1e-3, 1.5e-3, 2e-3])
+    samples = [gap for text in found.frame["samples"] for gap in json.loads(text)]
+    assert down.get_ydata() == pytest.approx(np.array(samples) * 1e3)  # shown in mm
+
+
+BAD = {
+    "base.sweep_rate": ("changes.base.sweep_rate = 1.0", "needs base.acceleration and base.frequency"),
+    "root.profile": ('changes.root = {profile = "constant-speed", spin_rate = 1.0}', "root.profile"),
+    "absolute": ('changes.discretization.method = "absolute"', "discretization.method"),
+    "not axes alone": ('table = {keys = ["gravity"], rows = [[1.0]]}', "axes"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_has_no_steady_state_is_refused_in_one_line(case):
+    line, words = BAD[case]
+    with pytest.raises(InputError, match=words) as caught:
+        make_plan(SWEEP.replace("changes.discretization.modes = 2", line))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "keys", [{"sample": "uy"}, {"directions": ["up", "up"]}, {"transient": 10}, {"tolerance": 0.0}]
+)
+def test_settings_are_checked(keys):
+    with pytest.raises(InputError, match=next(iter(keys))):
+        PeriodicSection(**keys)
+
+
+def test_a_run_that_ends_early_says_so():
+    """The clamped strip bends by more than half of its length."""
+    history = periodic_response(STRIP.replace(base__acceleration=2000.0, contact__enabled=False))
+    assert history.outcome is Outcome.LARGE_DEFLECTION
+    assert "periodic" not in history.summary

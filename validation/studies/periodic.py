@@ -1,0 +1,177 @@
+"""Steady response of a beam on a harmonically shaken base: its period, impacts per period, stroboscopic samples.
+
+The state of the beam at a whole period of the base is a map of the state one period before.  A run is marched from
+period to period until these stroboscopic samples repeat; what is measured is the history of the periods after
+them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.history.history import History
+from oblique_impact.marching.loop import Status
+from oblique_impact.scenario.messages import one_of, refused
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.section import Section
+from oblique_impact.simulation import simulate
+from oblique_impact.validation.studies.quantities import VARIABLES
+
+#: samples of a period from which the size of the motion is judged while it settles
+_PER_PERIOD = 32
+#: periods that are measured of a motion that does not repeat
+_MEASURED = 32
+#: a period longer than one is taken if each shorter one misses by so many times the tolerance.  So a free
+#: vibration that repeats by chance does not pass for it, if it decays by more than 1/100 within it
+_CLEARLY = 100.0
+
+MotionState = tuple[np.ndarray, np.ndarray]
+
+
+class PeriodicSection(Section):
+    """How a steady state is sought, and continued along the last axis of a sweep; periods are those of the base.
+
+    `directions` of the sweep: "up" begins with the first value of that axis and takes each next one from the state
+    in which the one before has ended, "down" begins with the last.  `longest` is the longest period that is
+    sought, `transient` how many periods the motion has to settle.  A motion repeats if at whole periods no point
+    of the beam is farther from where it was, and no velocity, than `tolerance` of the largest ones.  The default
+    lies far above the error of the event scheme, about 1e-8 a period; and where a motion settles by 6 % a period,
+    as with 1 % of critical damping, 1.6e-4 of it is still to come then, less than the width of a line in a
+    diagram.  `sample` is the variable over time that is kept at whole periods.
+    """
+
+    directions: Annotated[tuple[Literal["up", "down"], ...], Field(strict=False, min_length=1, max_length=2)] = (
+        "up",
+        "down",
+    )
+    longest: Annotated[int, Field(ge=1, le=64)] = 8
+    transient: Annotated[int, Field(ge=1, le=100_000)] = 400
+    tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = 1e-5
+    sample: str = "deflection"
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield a direction that is given twice, and a sample that is no variable over time."""
+        if len(set(self.directions)) < len(self.directions):
+            yield "directions", "each once"
+        if self.sample not in VARIABLES or self.sample == "energy":
+            yield "sample", one_of(self.sample, [name for name in VARIABLES if name != "energy"])
+        if self.transient < 2 * self.longest:
+            yield "transient", f"should be at least {2 * self.longest}, twice the longest period, to see it repeat"
+
+
+def require_periodic(scenario: Scenario) -> None:
+    """Raise InputError, in one line, for a scenario whose base is not shaken with one frequency."""
+    base, root = scenario.base, scenario.root
+    if not base.is_shaken or base.table or base.sweep_rate != 0.0:
+        words = (
+            "periodic response: needs base.acceleration and base.frequency, without base.sweep_rate and base.table"
+        )
+        raise InputError(words)
+    if root.kind == "driven" and (root.profile != "hold" or root.spin_rate != 0.0):
+        raise refused("root.profile", root.profile, 'periodic response needs a driven root that is held, "hold"')
+    if scenario.is_absolute:
+        words = 'periodic response needs "modal" or "fem", which start from a given state'
+        raise refused("discretization.method", scenario.discretization.method, words)
+
+
+def periodic_response(
+    scenario: Scenario,
+    initial_state: MotionState | None = None,
+    settings: PeriodicSection = PeriodicSection(),
+    on_progress: Callable[[Status], None] | None = None,
+) -> History:
+    """Let a beam on a shaken base settle, and return the history of one period of its response.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a harmonic base; its `end_time` does not matter.
+    initial_state : pair of ndarray, optional
+        As for :func:`~oblique_impact.simulation.simulate`, at the phase of t = 0: the last state of another
+        response continues it.
+    settings : PeriodicSection
+        What counts as periodic.
+    on_progress : callable, optional
+        As for :func:`~oblique_impact.simulation.simulate`.
+
+    Returns
+    -------
+    History
+        The steady state from t = 0 over a whole number of periods of the base: one period of the response, or 32
+        of a response that does not repeat.  ``summary["periodic"]`` holds `period` (of the response, 0: none up to
+        `longest`), `transient` (periods before), `measured` (periods of the history), `impacts_per_period`
+        (contacts that begin, per period of the base) and `samples` (of the variable `sample` at the last
+        `measured` whole periods, SI units).  It is missing where a run has ended early, which `outcome` names.
+
+    Raises
+    ------
+    InputError
+        In one line, for a scenario whose base is not harmonic, or as :func:`~oblique_impact.simulation.simulate`.
+    """
+    require_periodic(scenario)
+    period = 1.0 / scenario.base.frequency
+    settling = scenario.replace(
+        end_time=2 * settings.longest * period, solver__output_interval=period / _PER_PERIOD
+    )
+    samples, found = list[float](), 0
+    while not found and len(samples) < settings.transient:
+        history = simulate(settling, on_progress, initial_state=initial_state)
+        if history.outcome is not Outcome.COMPLETED:
+            return history
+        motion, whole = _motion(history), _whole_periods(history, period)
+        samples += history[settings.sample].values[whole].tolist()
+        allowed = settings.tolerance * np.abs(motion - motion.mean(axis=0)).max(axis=(0, 2))
+        found = _period(motion[whole], allowed)
+        initial_state = _last_state(history)
+    measured = found or _MEASURED
+    history = simulate(scenario.replace(end_time=measured * period), on_progress, initial_state=initial_state)
+    if history.outcome is Outcome.COMPLETED:
+        begun = sum(contact.start > 0.0 for contact in history.contacts)
+        history.summary["periodic"] = {
+            "period": found,
+            "transient": len(samples),
+            "measured": measured,
+            "impacts_per_period": begun / measured,
+            "samples": samples[-measured:],
+        }
+    return history
+
+
+def _last_state(history: History) -> MotionState:
+    return history["q"].values[-1], history["qd"].values[-1]
+
+
+def _motion(history: History) -> np.ndarray:
+    """Return places x + i y (m) and velocities (m/s) of the points of the axis, (samples, 2, stations)."""
+    h = {name: history[name].values for name in ("ux", "uy", "ux_dot", "uy_dot", "station")}
+    turn, spin = np.exp(1j * history["theta"].values[:, None]), history["theta_dot"].values[:, None]
+    assert history.scenario is not None
+    along = history.scenario.root.hub_radius + h["station"] + h["ux"] + 1j * h["uy"]
+    return np.stack([turn * along, turn * (h["ux_dot"] + 1j * h["uy_dot"] + 1j * spin * along)], axis=1)
+
+
+def _whole_periods(history: History, period: float) -> np.ndarray:
+    """Return the last samples at whole periods, from 1 to the end."""
+    times = history["time"].values
+    ends = (np.arange(1, round(times[-1] / period) + 1) + 1e-9) * period
+    return np.searchsorted(times, ends, side="right") - 1
+
+
+def _period(motions: np.ndarray, allowed: np.ndarray) -> int:
+    """Return after how many samples (samples, 2, stations) a motion repeats; 0 if it does not, or not clearly.
+
+    The last samples are compared with as many before; `allowed` are the differences (2,) of places and velocities.
+    """
+    missed = math.inf
+    for p in range(1, len(motions) // 2 + 1):
+        apart = np.abs(motions[-p:] - motions[-2 * p : -p]).max(axis=(0, 2))
+        if np.all(apart <= allowed):
+            return p if missed >= _CLEARLY else 0
+        missed = min(missed, float(np.max(apart / allowed)))
+    return 0
