@@ -556,7 +556,10 @@ def _sections_of(found: Comparison) -> list[Section]:
     tables = [
         ("variables", Table(heading, variables, caption)),
         ("events", Table(columns, events, "Events; – where there is no partner.")),
-        ("collisions and energies", Table(["quantity", "unit", left, right, "difference"], measures, "Sums.")),
+        (
+            "collisions and energies",
+            Table(["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."),
+        ),
     ]
     blocks = [Section(f"{right}: {title}", [table]) for title, table in tables if table.rows]
     skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
