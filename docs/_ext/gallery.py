@@ -21,6 +21,7 @@ ORDER = (
     "slap",
     "edge",
     "shaken",
+    "stops",
     "campbell",
     "own_laws",
     "own_system",

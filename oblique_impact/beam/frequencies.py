@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -123,6 +124,7 @@ def natural_frequencies(
     )
 
 
+@lru_cache(maxsize=8)  # a run asks three times
 def lowest_elastic_frequency(scenario: Scenario) -> float:
     """Return the lowest angular frequency (rad/s) of bending of the beam at rest, free of contact.
 

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
@@ -32,8 +33,8 @@ _LABEL = 22
 _COLUMNS = 3
 #: the ways along the last direction of steady responses
 _WAYS: dict[str, dict[str, Any]] = {
-    "up": {"marker": "o", "ms": 3.4, "mew": 0.0, "color": "#f0a868"},
-    "down": {"marker": "o", "ms": 1.5, "mew": 0.0, "color": SERIES[0]},
+    "up": {"marker": "o", "ms": 3.2, "mew": 0.0, "color": "#f0a868"},
+    "down": {"marker": "o", "ms": 1.4, "mew": 0.0, "color": SERIES[0]},
 }
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 #: longer curves are lines without marks; larger maps are images
@@ -257,18 +258,22 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
     sample, last = plan.file.periodic.sample, plan.directions[-1]
     rows = [(SAMPLES, f"{sample.replace('_', ' ')} at whole periods", VARIABLES[sample][0])]
     rows += [(q.name, _plain(q), q.unit) for q in plan.quantities]
-    panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey="row")
+    heights = {"height_ratios": [1.5, *[1.0] * len(plan.quantities)]}
+    panels = figure.subplots(
+        len(rows), len(columns), squeeze=False, sharex=True, sharey="row", gridspec_kw=heights
+    )
     for (name, label, unit), beside in zip(rows, panels, strict=True):
         points = {title: _points(frame, last, name) for title, frame in columns.items()}
         factor, prefix = _prefix(max(part["y"].abs().max() for part in points.values()), unit)
         for axes, part in zip(beside, points.values(), strict=True):
             for way, style in _WAYS.items():
                 on = part[part["way"] == way]
-                axes.plot(on["x"], on["y"] / factor, ls="", label=f"{last.label} {way}", **style)
+                axes.plot(on["x"], on["y"] / factor, ls="", label=f"on the way {way}", **style)
             axes.grid(visible=False)
         beside[0].set_ylabel(textwrap.fill(with_unit(label, prefix + unit), _LABEL))
     for (title, frame), column in zip(columns.items(), panels.T, strict=True):
         column[0].set_title(title)
+        column[-1].xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         _Axis(last, frame).label(column[-1], "x")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=1.8)

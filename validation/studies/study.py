@@ -38,6 +38,9 @@ from oblique_impact.validation.studies.quantities import VARIABLES, GapError, no
 TABLE = "results.parquet"
 #: s between two writes of the frame while runs are under way
 _SAVE_EVERY = 2.0
+#: runs that go on from each other and are handed out together: many, lest some processes wait for others; few,
+#: lest an interrupt loses much
+_PIECE = 10
 
 #: outcomes of rows besides those of the physics
 FAILURES = INVALID, ERROR, CRASHED, TIMEOUT = "invalid", "error", "crashed", "timeout"
@@ -150,7 +153,7 @@ def run_study(
         rows |= _read(path, set(keys), exclusive)
     done, saved = sum(key in rows for key in keys), time.monotonic()
     on_progress(Progress(done, len(runs)))
-    measured = partial(measure_run, histories=histories, timeout=timeout)
+    measured = partial(measure_piece, histories=histories, timeout=timeout)
     try:
         for number, found in _each(measured, runs, keys, rows, workers, scheduler):
             row, files = (failed(CRASHED, found.reason), {}) if isinstance(found, Crash) else found
@@ -181,7 +184,7 @@ def _hash(decisive: list[Any]) -> str:
 
 
 def _each(
-    measured: Callable[[tuple[Run, MotionState | None]], Any],
+    measured: Callable[[Sequence[tuple[Run, MotionState | None]]], Any],
     runs: Sequence[Run],
     keys: Sequence[str],
     rows: Mapping[str, Mapping[str, Any]],
@@ -189,16 +192,32 @@ def _each(
     scheduler: str | None,
 ) -> Iterator[tuple[int, Any]]:
     """Yield index and result of each run without a row, those that go on from others after these."""
-    depths = list[int]()
-    for run in runs:
-        depths.append(0 if run.after is None else depths[run.after] + 1)
-    for depth in range(max(depths, default=0) + 1):
-        left = [n for n, key in enumerate(keys) if depths[n] == depth and key not in rows][::-1]
-        before = [runs[n].after for n in left]
-        states = [None if after is None else _state(rows[keys[after]]) for after in before]
-        items = list(zip((runs[n] for n in left), states, strict=True))
+    for pieces in _pieces(runs, [n for n, key in enumerate(keys) if key in rows]):
+        pieces.reverse()
+        afters = [[runs[n].after for n in piece] for piece in pieces]
+        states = [[None if n is None else _state(rows.get(keys[n], {})) for n in after] for after in afters]
+        items = [
+            [(runs[n], state) for n, state in zip(piece, given, strict=True)]
+            for piece, given in zip(pieces, states, strict=True)
+        ]
         for place, found in compute_each(measured, items, workers, scheduler):
-            yield left[place], found
+            results = [found] * len(pieces[place]) if isinstance(found, Crash) else found
+            yield from zip(pieces[place], results, strict=True)
+
+
+def _pieces(runs: Sequence[Run], there: Sequence[int]) -> list[list[list[int]]]:
+    """Return indices of the runs that are not there, in pieces of runs that go on from each other.
+
+    Those of a list wait for those of the lists before it, not for each other.
+    """
+    present, places = set(there), list[tuple[int, int]]()  # how many runs are before it, and the first of them
+    stages: dict[int, dict[int, list[int]]] = {}
+    for n, run in enumerate(runs):
+        before, first = (-1, n) if run.after is None else places[run.after]
+        places.append((before + 1, first))
+        if n not in present:
+            stages.setdefault((before + 1) // _PIECE, {}).setdefault(first, []).append(n)
+    return [list(stages[stage].values()) for stage in sorted(stages)]
 
 
 def _state(row: Mapping[str, Any]) -> MotionState | None:
@@ -209,15 +228,25 @@ def _state(row: Mapping[str, Any]) -> MotionState | None:
     return np.array(q), np.array(qd)
 
 
+def measure_piece(
+    piece: Sequence[tuple[Run, MotionState | None]], histories: bool, timeout: float | None
+) -> list[tuple[dict[str, Any], dict[str, bytes]]]:
+    """Return rows and files of runs, see `measure_run`; one without a state goes on from the one before it."""
+    found = list[tuple[dict[str, Any], dict[str, bytes]]]()
+    for run, state in piece:
+        before = _state(found[-1][0]) if found and state is None else state
+        found.append(measure_run(run, before, histories, timeout))
+    return found
+
+
 def measure_run(
-    item: tuple[Run, MotionState | None], histories: bool, timeout: float | None
+    run: Run, state: MotionState | None, histories: bool, timeout: float | None
 ) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Simulate and measure one run, in whatever process; returns its row and the files of its history, if wanted.
 
-    It comes with the state from which it goes on, if any.  A failure becomes a row that says so.  `timeout` (s)
-    bounds the wall time but for what is compiled in it.
+    A steady state is sought from `state`.  A failure becomes a row that says so.  `timeout` (s) bounds the wall
+    time but for what is compiled in it.
     """
-    run, state = item
     assert run.scenario is not None
     started, files = time.perf_counter(), dict[str, bytes]()
     try:
