@@ -234,10 +234,10 @@ def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterat
     """Draw the steady responses over the last direction, a picture for a few values of the other ones."""
     *others, along = axes
     names = [
-        ", ".join(f"{axis.direction.label} = {axis.name(axis.places[n])}" for axis in others)
+        ", ".join(f"{axis.direction.words} = {axis.name(axis.places[n])}" for axis in others)
         for n in range(len(frame))
     ]
-    groups, over = list(dict.fromkeys(names)), along.direction.label
+    groups, over = list(dict.fromkeys(names)), along.direction.words
     for first in range(0, len(groups), _COLUMNS):
         columns = {name: frame[[other == name for other in names]] for name in groups[first : first + _COLUMNS]}
         width, height = 3.4 * max(len(columns), 2), 2.0 * (1 + len(plan.quantities)) + 0.4
@@ -255,8 +255,8 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
     """
     assert plan.file.periodic is not None
     sample, last = plan.file.periodic.sample, plan.directions[-1]
-    rows = [(SAMPLES, f"{sample.replace('_', ' ')} at whole periods", VARIABLES[sample][0])]
-    rows += [(q.name, _plain(q), q.unit) for q in plan.quantities]
+    rows = [(SAMPLES, f"{VARIABLES[sample][1]} at whole periods", VARIABLES[sample][0])]
+    rows += [(q.name, q.meaning, q.unit) for q in plan.quantities]
     panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey="row")
     for (name, label, unit), beside in zip(rows, panels, strict=True):
         points = {title: _points(frame, last, name) for title, frame in columns.items()}
@@ -264,11 +264,11 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
         for axes, part in zip(beside, points.values(), strict=True):
             for way, style in _WAYS.items():
                 on = part[part["way"] == way]
-                axes.plot(on["x"], on["y"] / factor, ls="", label=f"{last.label} {way}", **style)
+                axes.plot(on["x"], on["y"] / factor, ls="", label=f"{last.words}, {way}", **style)
             axes.grid(visible=False)
         beside[0].set_ylabel(textwrap.fill(with_unit(label, prefix + unit), _LABEL))
     for (title, frame), column in zip(columns.items(), panels.T, strict=True):
-        column[0].set_title(title)
+        column[0].set_title(_wrapped(title))
         _Axis(last, frame).label(column[-1], "x")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=1.8)
@@ -286,7 +286,3 @@ def _prefix(largest: float, unit: str) -> tuple[float, str]:
     if unit in ("1", ""):
         return 1.0, ""
     return next(((factor, name) for factor, name in _PREFIXES if largest >= factor), (1.0, ""))
-
-
-def _plain(q: Quantity) -> str:
-    return q.name.replace("max:", "largest ").replace("min:", "least ").replace("_", " ")
