@@ -15,7 +15,7 @@ for rate, row in zip(found.speeds, found.chordwise, strict=True):
     print(f"first chordwise frequency at {rate:.0f} rad/s: {row[0]:.6f} rad/s")
 
 # %%
-# The dotted lines 1P and 2P are the spin rate and twice of it: where one crosses a frequency, a load that is
-# fixed in space excites that mode once or twice per revolution.
+# The dotted lines 1P and 2P are the spin rate and twice of it: where one crosses a frequency, a load that is fixed
+# in space excites that mode once or twice per revolution.
 
 campbell_diagram(scenario, [0.0, 6.0], 3, "campbell.svg")

@@ -232,8 +232,9 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
     if geometry.scenario.contact.enabled:
         found["gap"] = each(contact_gap(geometry.history), millimetres)
         found["tangential velocity"] = each(geometry.values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
-        found["normal force"] = each(normal, lambda v: f"{significant(v, 4)} N")
-        found["tangential force"] = each(tangential, lambda v: f"{significant(v, 4)} N")
+        whole = " of all" if geometry.anywhere else ""
+        found[f"normal force{whole}"] = each(normal, lambda v: f"{significant(v, 4)} N")
+        found[f"tangential force{whole}"] = each(tangential, lambda v: f"{significant(v, 4)} N")
     else:
         found["deflection"] = each(geometry.values("deflection"), millimetres)
     return found

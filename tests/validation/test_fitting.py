@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import binom
+from scipy.stats import t as student
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.problem import beam_of
@@ -146,6 +147,18 @@ def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
     assert [("beam.second_moment" in words, "beam.youngs_modulus" in words) for words in named] == [
         (True, True)
     ] * 2
+
+
+def test_a_damping_that_is_not_there_gets_an_upper_end(tmp_path, exact):
+    noise = 2e-5 * np.random.default_rng(3).standard_normal(TIMES.size)
+    data = written(tmp_path / "d.csv", "time [s], displacement@0.2 m [m]", TIMES, exact + noise)
+    result = fit(STRIP, data, vary=["contact.damping=1e-4:100"], starts=1, workers=1)
+    low, high = result.interval("contact.damping")
+    assert (low, result.warnings[0]) == (0.0, "contact.damping: these data set it no lower end")
+    # there the sum of squares has grown by t^2
+    stiff = STRIP.replace(contact__damping=high)
+    off = (along_beam(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise) / result.data["deviation"][0]
+    assert np.sum(off**2) - result.squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
 
 
 # --- sensors

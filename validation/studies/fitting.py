@@ -25,12 +25,13 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import least_squares
+from scipy.optimize import brentq, least_squares
 from scipy.stats import chi2, norm, qmc, t
 
 from oblique_impact.errors import InputError
@@ -75,7 +76,8 @@ _FACTOR, _PART = 10.0, 0.1
 #: of a logarithm: intervals that reach farther are profiled; so far a profile goes; a key whose change by a factor
 #: of e moves no more than this part of the noise has no effect
 _WIDE, _REACH, _NO_EFFECT = 0.4, math.log(1e3), 0.01
-_PROFILE_RUNS, _CLOSE = 12, 0.02
+#: of a logarithm: error of an end of a profile; growths over t beyond this are taken for it, without a run too
+_CLOSE, _FAR = 1e-3, 10.0
 #: chi-squared less probable than this contradicts the model
 _IMPROBABLE = 0.01
 #: series that the report draws at most
@@ -480,26 +482,25 @@ def _profile_end(task: _End) -> float:
     problem, best, key, side, direction, reach, quantile = task
     others = [k for k in range(len(direction)) if direction[k] != 0.0 and k != key]
     limit = problem.parameters[key].bounds()[int(side > 0.0)]
-    far = min(_REACH, side * (limit - best.u[key]))
-    near, below, beyond, above, at = 0.0, 0.0, math.inf, math.inf, best.u
-    distance = min(reach, far)
-    for _ in range(_PROFILE_RUNS):
-        found = problem.minimize(at + side * (distance - near) * direction, others)
+    far = min(_REACH + abs(best.u[key]), side * (limit - best.u[key]))
+    at = {0.0: best.u}  # the others where they have been fitted again within the interval
+
+    @cache
+    def beyond(distance: float) -> float:
+        """Return the root of the growth over t, less 1."""
+        near = max(where for where in at if where <= distance)
+        found = problem.minimize(at[near] + side * (distance - near) * direction, others)
         growth = math.sqrt(max(found.squares - best.squares, 0.0)) / quantile
-        if abs(growth - 1.0) < _CLOSE:
-            break
-        if growth > 1.0:
-            beyond, above = distance, growth
-        elif distance >= far:
+        if growth < 1.0:
+            at[distance] = found.u
+        return min(growth, _FAR) - 1.0
+
+    near, distance = 0.0, min(reach, far)
+    while beyond(distance) < 0.0:
+        if distance >= far:
             return side * math.inf
-        else:
-            near, below, at = distance, growth, found.u
-        if math.isinf(beyond):
-            distance = min(far, distance * min(4.0, 1.05 / max(growth, 0.25)))
-        else:
-            part = (1.0 - below) / (above - below) if math.isfinite(above) else 0.5
-            distance = near + (beyond - near) * min(max(part, 0.05), 0.95)
-    return float(best.u[key] + side * distance)
+        near, distance = distance, min(far, distance * min(4.0, 1.05 / max(beyond(distance) + 1.0, 0.25)))
+    return float(best.u[key] + side * brentq(beyond, near, distance, xtol=_CLOSE))
 
 
 def _judge(
@@ -511,11 +512,17 @@ def _judge(
     on_progress: OnProgress,
 ) -> FitResult:
     """Find intervals and correlations at the least sum of squares, and what stands against them."""
-    every, count = range(len(best.u)), len(best.u)
-    J = problem.jacobian(best.u, every, problem.step)
+    u, free, count = best.u, list[int](), len(best.u)
+    J = problem.jacobian(u, range(count), problem.step)
     sizes = np.linalg.norm(J, axis=0)
-    free = tuple(k for k in every if sizes[k] > _NO_EFFECT)
-    u = np.array([best.u[k] if k in free else 0.0 for k in every])
+    for k in range(count):
+        moved = u.copy()
+        moved[k] = 0.0
+        # not of one that went so far down that it has none any more
+        if sizes[k] < _NO_EFFECT and np.sum(problem.residuals(moved) ** 2) < best.squares + _NO_EFFECT:
+            u = moved
+        else:
+            free.append(k)
     best = Solution(u, float(np.sum(problem.residuals(u) ** 2)))
     freedom = problem.deviations.size - (len(free) if known else count)
     quantile = float(norm.ppf(0.975) if known else t.ppf(0.975, freedom))
@@ -532,7 +539,7 @@ def _judge(
     ends, tasks = {}, []
     for k, error, along in zip(free, errors, covariance / np.diag(covariance), strict=True):
         reach, direction = quantile * float(error), np.zeros(count)
-        direction[list(free)] = along
+        direction[free] = along
         low, high = problem.parameters[k].bounds()
         if reach > _WIDE or rough[k] > 0.1 or not low < u[k] - reach < u[k] + reach < high:
             tasks += [_End(problem, best, k, side, direction, reach, quantile) for side in (-1.0, 1.0)]
@@ -559,21 +566,22 @@ def _judge(
         if k not in free:
             warnings.append(f"{p.label}: has no effect on these data; it is left at {p.start:g}")
             continue
-        found_open = [word for word, end in zip(("lower", "upper"), ends[k], strict=True) if math.isinf(end)]
-        if found_open:
-            partner = correlation[p.label].drop(p.label).abs()
+        without = [word for word, end in zip(("lower", "upper"), ends[k], strict=True) if math.isinf(end)]
+        partner = correlation[p.label].drop(p.label).abs()
+        if len(without) == 2:
             with_it = f"; they determine it together with {partner.idxmax()} only" if partner.max() > 0.95 else ""
-            words = " and no ".join(found_open)
-            warnings.append(f"{p.label}: not identified by these data, which set it no {words} end{with_it}")
-        if rough[k] > 0.1:
+            warnings.append(f"{p.label}: not identified by these data{with_it}")
+        elif without:
+            warnings.append(f"{p.label}: these data set it no {without[0]} end")
+        elif rough[k] > 0.1:
             words = f"derivatives over a standard error differ by {100.0 * rough[k]:.0f} % from those at the value"
             warnings.append(f"{p.label}: {words}; its interval is a profile")
     if known and freedom and chi2.sf(best.squares, freedom) < _IMPROBABLE:
         words = f"sum of squares {best.squares:.3g} on {freedom} degrees of freedom"
         warnings.append(f"{words}: the model does not say what was measured within the standard deviations")
-    elsewhere = [s for s in starts["sum of squares"] if not math.isfinite(s)]
-    if elsewhere:
-        warnings.append(f"{len(elsewhere)} of {len(starts)} starts have no run with all that was measured")
+    failed = int(np.isinf(starts["sum of squares"]).sum())
+    if failed:
+        warnings.append(f"{failed} of {len(starts)} starts have no run with all that was measured")
     scenario = problem.scenario(u)
     history = simulate(scenario)
     warnings += _unpredictable(problem, history, workers)
