@@ -79,6 +79,7 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
     )
     assert code == 0
     assert "contact.mu_static = contact.mu_kinetic: has no effect" in printed
+    assert "fits as well with another" not in printed
     found = json.loads((out / "results.json").read_text())
     rows = {row["key"]: row for row in found["keys"]}
     for key in KEYS:

@@ -61,9 +61,9 @@ def test_named_quantities_have_units_and_take_what_they_are_called(run):
         "s": "first_impact collision_end collision_duration second_impact",
         "N s": "impulse tangential_impulse second_impulse",
         "N": "peak_force",
-        "1": "contacts events restitution model_error",
+        "1": "contacts events restitution model_error period transient impacts_per_period",
         "J": "energy_after_collision energy_final lost_impact lost_friction lost_damping lost_scheme unaccounted "
-        "energy_lost",
+        "energy_lost supplied",
     }
     by_name = {name: unit for unit, names in units.items() for name in names.split()}
     listed = dict(quantity_table()["unit"])

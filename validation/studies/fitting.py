@@ -41,10 +41,23 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.schema import schema_of
+from oblique_impact.scenario.schema import label_of, schema_of
 from oblique_impact.scenario.units import Unit
 from oblique_impact.simulation import simulate
-from oblique_impact.validation.report import Block, Cell, Picture, Report, Section, Table, Text, picture, with_unit
+from oblique_impact.validation.report import (
+    Block,
+    Cell,
+    Picture,
+    Report,
+    Section,
+    Table,
+    Text,
+    number_within,
+    picture,
+    shown_unit,
+    with_unit,
+)
+from oblique_impact.validation.report.parameters import parameters
 from oblique_impact.validation.studies.design import check_keys, si_value
 from oblique_impact.validation.studies.measured import Array, Column, read_measured
 from oblique_impact.validation.studies.parallel import map_parallel
@@ -93,7 +106,7 @@ class Parameter:
     def value(self, u: float) -> float:
         """Value of the key at a coordinate."""
         if self.positive:
-            return self.start * (math.exp(u) if u < 700.0 else math.inf)
+            return self.start * (math.inf if u >= 700.0 else math.exp(u))
         return self.start + 0.5 * (self.spread[1] - self.spread[0]) * u
 
     def coordinate(self, value: float) -> float:
@@ -241,7 +254,7 @@ class Solution(NamedTuple):
     squares: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitResult:
     """Keys that fit measured data.
 
@@ -276,6 +289,18 @@ class FitResult:
     freedom: int
     warnings: tuple[str, ...]
     seconds: float
+
+    def __repr__(self) -> str:
+        """Return a line for each key."""
+        return "\n".join(["<FitResult>", *(f"  {line}" for line in lines(self)[: len(self.keys) + 1])])
+
+    def _repr_html_(self) -> str:
+        """Show the head of the report in a notebook."""
+        return report(self)._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each key: `keys`."""
+        return self.keys
 
     def value(self, key: str) -> float:
         """Fitted value of a key."""
@@ -634,7 +659,7 @@ def lines(result: FitResult) -> list[str]:
         interval = (
             "" if row.interval == "no effect" else f"  95 %: {row.low:.5g} to {row.high:.5g} ({row.interval})"
         )
-        found.append(f"{row.key:28} {row.value:.6g} {row.unit.removeprefix('1')}{interval}")
+        found.append(f"{row.key:28} {row.value:.6g} {shown_unit(row.unit)}{interval}")
     found.append(f"sum of squares {result.squares:.4g} on {result.freedom} degrees of freedom")
     return found + list(result.warnings)
 
@@ -650,19 +675,22 @@ def _data(result: FitResult) -> dict[str, Any]:
 
 def report(result: FitResult, name: str = "scenario") -> Report:
     """Return the report: keys with their intervals, data and fit, residuals, correlations, starts."""
-    keys = result.keys.assign(key=[Cell(key, "code") for key in result.keys["key"]])
     kinds = {"Jacobian": "pass", "profile": "partly", "no effect": "fail"}
-    keys["interval"] = [Cell(kind, kinds[kind]) for kind in keys["interval"]]
+    keys = []
+    for row in result.keys.itertuples():
+        values = [
+            Cell(number_within(v, 0.5 * (row.high - row.low)), "number") for v in (row.value, row.low, row.high)
+        ]
+        names = [label_of(row.key), Cell(row.key, "code"), shown_unit(row.unit), row.start]
+        keys.append([*names, *values, Cell(row.interval, kinds[row.interval])])
+    columns = ["parameter", "key", "unit", "start", "value", "from", "to", "interval by"]
     names = list(dict.fromkeys(result.data["column"]))
     series = [n for n in names if result.data.loc[result.data["column"] == n, "time"].notna().all()]
     pictures: list[Block] = [_series_picture(result.data[result.data["column"] == n]) for n in series[:_DRAWN]]
     once = result.data[~result.data["column"].isin(series)]
     if len(once):
-        columns = {n: n for n in ("column", "unit", "measured", "deviation", "fitted", "residual")}
-        pictures += [
-            _residual_picture(once),
-            Table.of_frame(once.head(200), "Values of the whole run.", columns=columns),
-        ]
+        shown = once.head(200)[["column", "unit", "measured", "deviation", "fitted", "residual"]]
+        pictures += [_residual_picture(once), Table.of_frame(shown, "Values of the whole run.", digits=4)]
     correlation = result.correlation.rename_axis("key").reset_index()
     return Report(
         "Fit of a scenario to measured data",
@@ -670,12 +698,15 @@ def report(result: FitResult, name: str = "scenario") -> Report:
         result.seconds,
         facts=[("sum of squares", f"{result.squares:.4g} on {result.freedom} degrees of freedom")],
         overview=[
-            Table.of_frame(keys, "Values with their 95 % intervals; an end that is infinite, or 0, is open."),
+            Table(
+                columns, keys, "Values with their 95 % intervals; an end that is infinite, or 0, is open.", (0,)
+            ),
             *(Text(f"{warning}.") for warning in result.warnings),
         ],
         sections=[
             Section("Data and fit", pictures),
             Section("Correlation", [Table.of_frame(correlation, "Of logarithms where keys are positive.", 3)]),
+            *parameters({Path(name).name: result.scenario}, "The fitted scenario."),
             Section("Starts", [Table.of_frame(result.starts, "Of keys, from where to where.")]),
             Section(
                 "How it is found", [Text(" ".join(part.split())) for part in (__doc__ or "").split("\n\n")[1:]]

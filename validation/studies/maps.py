@@ -235,10 +235,10 @@ def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterat
     """Draw the steady responses over the last direction, a picture for a few values of the other ones."""
     *others, along = axes
     names = [
-        ", ".join(f"{axis.direction.label} = {axis.name(axis.places[n])}" for axis in others)
+        ", ".join(f"{axis.direction.words} = {axis.name(axis.places[n])}" for axis in others)
         for n in range(len(frame))
     ]
-    groups, over = list(dict.fromkeys(names)), along.direction.label
+    groups, over = list(dict.fromkeys(names)), along.direction.words
     for first in range(0, len(groups), _COLUMNS):
         columns = {name: frame[[other == name for other in names]] for name in groups[first : first + _COLUMNS]}
         width, height = 3.4 * max(len(columns), 2), 2.0 * (1 + len(plan.quantities)) + 0.4
@@ -256,8 +256,8 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
     """
     assert plan.file.periodic is not None
     sample, last = plan.file.periodic.sample, plan.directions[-1]
-    rows = [(SAMPLES, f"{sample.replace('_', ' ')} at whole periods", VARIABLES[sample][0])]
-    rows += [(q.name, _plain(q), q.unit) for q in plan.quantities]
+    rows = [(SAMPLES, f"{VARIABLES[sample][1]} at whole periods", VARIABLES[sample][0])]
+    rows += [(q.name, q.meaning, q.unit) for q in plan.quantities]
     heights = {"height_ratios": [1.5, *[1.0] * len(plan.quantities)]}
     panels = figure.subplots(
         len(rows), len(columns), squeeze=False, sharex=True, sharey="row", gridspec_kw=heights
@@ -272,7 +272,7 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
             axes.grid(visible=False)
         beside[0].set_ylabel(textwrap.fill(with_unit(label, prefix + unit), _LABEL))
     for (title, frame), column in zip(columns.items(), panels.T, strict=True):
-        column[0].set_title(title)
+        column[0].set_title(_wrapped(title))
         column[-1].xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         _Axis(last, frame).label(column[-1], "x")
     handles, labels = panels[0, 0].get_legend_handles_labels()
@@ -291,7 +291,3 @@ def _prefix(largest: float, unit: str) -> tuple[float, str]:
     if unit in ("1", ""):
         return 1.0, ""
     return next(((factor, name) for factor, name in _PREFIXES if largest >= factor), (1.0, ""))
-
-
-def _plain(q: Quantity) -> str:
-    return q.name.replace("max:", "largest ").replace("min:", "least ").replace("_", " ")
