@@ -61,18 +61,18 @@ def test_named_quantities_have_units_and_take_what_they_are_called(run):
         "s": "first_impact collision_end collision_duration second_impact",
         "N s": "impulse tangential_impulse second_impulse",
         "N": "peak_force",
-        "1": "contacts events restitution model_error",
+        "1": "contacts events restitution model_error period transient impacts_per_period",
         "J": "energy_after_collision energy_final lost_impact lost_friction lost_damping lost_scheme unaccounted "
-        "energy_lost",
+        "energy_lost supplied",
     }
     by_name = {name: unit for unit, names in units.items() for name in names.split()}
     assert {q.name: q.unit for q in named_quantities()} == by_name
     history = run("paper", "end_time=0.4")
-    keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
-    energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0), strict=True))
+    keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted", "supplied")
+    energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0), strict=True))
     known = replace(history, summary=history.summary | {"energy": energy})
     names = ("energy_final", *keys[1:], "energy_lost")
-    assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 30.0]
+    assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 30.0]
 
 
 @pytest.mark.parametrize("name", ["tip_y", "energy_elastic"])
