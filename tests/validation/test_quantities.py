@@ -75,11 +75,11 @@ def test_named_quantities_have_units_and_take_what_they_are_called(run):
             name = name.replace(pattern, example)
         assert quantity(name).name == name
     history = run("paper", "end_time=0.4")
-    keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
-    energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0), strict=True))
+    keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted", "supplied")
+    energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0), strict=True))
     known = replace(history, summary=history.summary | {"energy": energy})
     names = ("energy_final", *keys[1:], "energy_lost")
-    assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 30.0]
+    assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 30.0]
 
 
 @pytest.mark.parametrize("name", ["tip_y", "energy_elastic"])
