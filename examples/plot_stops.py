@@ -55,10 +55,7 @@ with figure_style():
         tip, velocity = (np.interp(whole, history["time"], history[name]) for name in ("tip_x", "tip_vx"))
         axes.plot(1e3 * history["tip_x"], history["tip_vx"], lw=0.5, color=SERIES[0])
         axes.plot(1e3 * tip, velocity, "o", ms=3.0, color=SERIES[1])
-        axes.set(
-            title=f"{frequency:g} Hz, period {found['period'] or 'none'}",
-            xlabel="tip (mm)",
-        )
+        axes.set(title=f"{frequency:g} Hz, period {found['period'] or 'none'}", xlabel="tip (mm)")
         for stop in (-2.0, 2.0):
             axes.axvline(stop, color=GREY, lw=0.6)
         axes.grid(visible=False)

@@ -286,12 +286,7 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
         initial = pv.PolyData(start, faces=geometry.solid.faces)
         initial.point_data.update(surface.point_data)
         initial.point_data["displacement"] = geometry.true.tube(k)[0] - start
-        parts = {
-            "surface": surface,
-            "centreline": line,
-            "reference": initial,
-            "pin": fixed[0],
-        }
+        parts = {"surface": surface, "centreline": line, "reference": initial, "pin": fixed[0]}
         if story.obstacles:  # last, so that the numbers of the others are always the same
             parts |= {"contact_point": _contact_points(geometry, k), "slope": fixed[1]}
         for number, mesh in enumerate(parts.values()):

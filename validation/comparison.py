@@ -374,7 +374,8 @@ def _comparable(name: str, left: History, right: History) -> bool:
     if not (name in left and name in right):
         return False
     a, b = left[name], right[name]
-    if name in ("q", "qd") and _sections(left).get("discretization") != _sections(right).get("discretization"):
+    meshes = [getattr(history.scenario, "discretization", None) for history in (left, right)]
+    if name in ("q", "qd") and meshes[0] != meshes[1]:
         return False
     lengths = [[one.sizes[d] for d in one.dims if d not in ("time", "station")] for one in (a, b)]
     return a.dims == b.dims and a.dtype.kind not in "iu" and lengths[0] == lengths[1]
@@ -400,11 +401,6 @@ def _measures(left: History, right: History, span: tuple[float, float], limit: f
     frame = pd.DataFrame.from_dict(measures, orient="index", columns=["unit", "left", "right"])
     frame["difference"] = frame["right"].astype(float) - frame["left"].astype(float)
     return frame
-
-
-def _sections(history: History) -> dict[str, Any]:
-    """Return the sections of the scenario of a history, none of a user-defined system."""
-    return history.scenario.model_dump(mode="json") if history.scenario else {}
 
 
 # --- report

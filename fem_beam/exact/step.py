@@ -152,10 +152,8 @@ def _solve_with_contacts(
     return free + forces[:, 0] @ np.array(responses), held_by[:, 0], held_by[:, 1]
 
 
-def equilibrium(
-    beam: ExactBeam, q: Array, load: Array, held: int, tolerance: float = CONVERGED
-) -> tuple[Array, tuple[float, ...]]:
-    """Return nodal values at rest under dead loads (3 n,), and the increments of Newton's iterations.
+def equilibrium(beam: ExactBeam, q: Array, load: Array, held: int) -> Array:
+    """Return nodal values at rest under dead loads (3 n,).
 
     Parameters
     ----------
@@ -167,13 +165,11 @@ def equilibrium(
         Forces (N) and moments (N m).
     held : int
         2 for a pin, 3 for a clamped root.
-    tolerance : float
-        Increment at which the iterations end, relative to the length.
 
     Raises
     ------
     NotConvergedError
-        If they do not converge: put the load on in steps.
+        If Newton's iterations do not converge: put the load on in steps.
     """
     increments: list[float] = []
     for _ in range(5 * MOST_ITERATIONS):
@@ -181,8 +177,8 @@ def equilibrium(
         change = solve(internal.tangent, load - internal.forces, held)
         q = q + change
         increments.append(float(np.max(np.abs(change / beam.scale))))
-        if increments[-1] < tolerance:
-            return q, tuple(increments)
+        if increments[-1] < CONVERGED:
+            return q
         if not np.isfinite(increments[-1]):
             break
     raise NotConvergedError(f"increments {', '.join(f'{i:.1e}' for i in increments[-5:])}")

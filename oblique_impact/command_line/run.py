@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.filesize import decimal
 
-from oblique_impact.command_line.console import (
-    JsonOption,
-    ScenarioArgument,
-    SetOption,
-    print_note,
-    print_result,
-)
+from oblique_impact.command_line.console import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import Interrupted
 
 if TYPE_CHECKING:

@@ -203,8 +203,7 @@ def fit(
     scenario: ScenarioArgument,
     data: Annotated[Path, typer.Argument(metavar="DATA", help="A CSV file with units in its header.")],
     vary: Annotated[
-        list[str] | None,
-        typer.Option("--vary", metavar="KEY[=LOW:HIGH]", help="A key to be found; repeatable."),
+        list[str] | None, typer.Option("--vary", metavar="KEY[=LOW:HIGH]", help="A key to be found; repeatable.")
     ] = None,
     starts: Annotated[int, typer.Option(help="Starts of the search.")] = 4,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/fit"),

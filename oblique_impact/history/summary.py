@@ -21,13 +21,7 @@ from oblique_impact.history.events import numbers_of
 from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.equations import (
-    DAMPING_LOSS,
-    FRICTION_LOSS,
-    STABILIZATION_LOSS,
-    STOP_LOSS,
-    SUPPLIED,
-)
+from oblique_impact.marching.equations import DAMPING_LOSS, FRICTION_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED
 from oblique_impact.marching.records import Contact, Event, Record
 
 #: causes of energy loss: the entries `lost_impact`, `lost_friction`, ... of a ledger

@@ -11,6 +11,7 @@ from typing import Any
 from oblique_impact.files import cannot_write, prepare_folder, write_text
 from oblique_impact.scenario.comments import first_clause, item_models, schemas_of
 from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.units import Unit
 
 
 def scenario_schema(out: str | os.PathLike[str] | None = None) -> dict[str, Any]:
@@ -69,6 +70,11 @@ def schema_of(name: str) -> dict[str, Any] | None:
     if section in item_models(Scenario) and number.isdecimal() and int(number) > 0:
         return schemas_of(item_models(Scenario)[section]).get(key)
     return key_schemas().get(name)
+
+
+def unit_of_key(name: str) -> str:
+    """Return the SI unit of a key: "1" of numbers without one, "" of words and switches."""
+    return Unit((schema_of(name) or {}).get("unit", "")).shown
 
 
 def label_of(name: str) -> str:

@@ -8,12 +8,13 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from oblique_impact import InputError, Scenario, fem_beam
+from oblique_impact import Scenario, fem_beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.fem_beam.mesh import beam_mesh
 from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.runs import UNIT
+from tests.refusals import refused_in_one_line
 
 AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
 SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))
@@ -57,13 +58,8 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_bad_tables_are_one_line_with_key_value_and_what_is_allowed(name):
     text, parts = BAD[name]
-    with pytest.raises(InputError) as error:
+    with refused_in_one_line(*parts):
         Scenario.from_toml(text)
-    message = str(error.value)
-    assert len(message.splitlines()) == 1
-    assert len(message) < 400
-    for part in parts:
-        assert part in message
 
 
 # Integrals ------------------------------------------------------------------------------------------------------

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from oblique_impact.contact.forces import (
-    MASS_NOT_POSITIVE,
-    NO_SLIDING_SOLUTION,
-    OK,
-    accelerate,
-    guards_of,
-)
+from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, OK, accelerate, guards_of
 from oblique_impact.contact.friction import Branch
 from oblique_impact.contact.impacts import newton_impulse, routh_impulse
 from oblique_impact.contact.state import Baumgarte, Instant, Phase, State, Stick, Surface

@@ -77,9 +77,6 @@ def test_tangent_of_a_step_is_the_derivative_of_its_forces(turn, relaxation):
     assert np.abs(exact - (ahead - behind) / (2 * step)).max() < 1e-8 * np.abs(exact).max()
 
 
-# --- statics
-
-
 # --- dynamics
 
 

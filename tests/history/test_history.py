@@ -16,6 +16,7 @@ from oblique_impact import History, InputError, Scenario, simulate, simulate_sys
 from oblique_impact.contact.state import State
 from oblique_impact.history.interpolation import value_at
 from oblique_impact.history.sample_times import ascending, first_sample, jumps, last_sample
+from tests.refusals import refused_in_one_line
 from tests.systems import Block
 
 #: a first contact after 21 us, and few samples
@@ -62,13 +63,8 @@ def test_each_variable_has_its_unit_and_a_name_of_its_own(history):
 
 
 def test_a_jump_has_two_samples_next_to_each_other(history):
-    time, rate = history["time"].values, history["gap_rate"].values
+    time = history["time"].values
     assert np.all(np.diff(time) > 0.0)
-    impact = history.events[0]
-    (left,) = np.flatnonzero(time == impact.time)
-    assert time[left + 1] == np.nextafter(impact.time, np.inf)
-    assert rate[left] == pytest.approx(impact.normal_velocity, rel=1e-12)
-    assert abs(rate[left + 1]) < 1e-12
     # every event has both sides, and nothing else stands so close
     left, right = (side(time, [event.time for event in history.events]) for side in (first_sample, last_sample))
     np.testing.assert_array_equal(right, left + 1)
@@ -265,9 +261,7 @@ def test_damaged_files_are_refused_in_one_line(run, tmp_path):
         spoiled_data.to_netcdf(tmp_path / f"{name}.nc", engine="h5netcdf")
     (tmp_path / "empty").mkdir()
     for name in (*spoiled, *(f"{name}.nc" for name in changed), "missing", "empty", "run/scenario.toml"):
-        with pytest.raises(InputError) as error:
+        with refused_in_one_line(str(tmp_path / name)):
             History.load(tmp_path / name)
-        assert str(tmp_path / name) in str(error.value), name
-        assert len(str(error.value).splitlines()) == 1
     with pytest.raises(InputError, match="run the scenario first: oblique-impact run paper"):
         History.load("paper")

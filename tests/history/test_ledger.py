@@ -9,12 +9,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Coulomb
-from oblique_impact.history.summary import (
-    MacroCollision,
-    balance_text,
-    energy_warnings,
-    macro_collisions,
-)
+from oblique_impact.history.summary import MacroCollision, balance_text, energy_warnings, macro_collisions
 from oblique_impact.marching.records import Contact
 from oblique_impact.validation.small_systems import Particle
 

@@ -15,11 +15,6 @@ from oblique_impact.history.history import History
 MASSLESS, MEAN_AXIS = "contact.point_inertia=none", "discretization.frame=mean-axis"
 
 
-def energy(history: History) -> np.ndarray:
-    """Energy (J) at the samples."""
-    return sum(history[f"energy_{part}"].values for part in ("kinetic", "elastic", "gravity"))
-
-
 @cache
 def slap(*keys: str) -> History:
     """Let a beam slap onto a table."""
@@ -39,7 +34,7 @@ def on_the_slope(*keys: str) -> tuple[float, ...]:
     """Impulse and energy of the first collision of the damped paper's beam, end of its first contact."""
     found = simulate(Scenario.builtin("damped", ["end_time=0.335", *keys]))
     assert len(found.contacts) == 5
-    return impulse(found), energy(found)[-1] + found.balance["contact"], found.contacts[0].end
+    return impulse(found), found.total_energy.values[-1] + found.balance["contact"], found.contacts[0].end
 
 
 @pytest.mark.parametrize("friction", ["frictionless", "hybrid"])
@@ -80,7 +75,8 @@ def test_a_damped_slap_has_the_limit_of_plastic_impacts(model, friction):
     losses = []
     for history in (plastic, found):
         after = min(c.start for c in history.contacts) + 12e-3
-        losses.append(energy(history)[0] - np.interp(after, history["time"].values, energy(history)))
+        energy = history.total_energy.values
+        losses.append(energy[0] - np.interp(after, history["time"].values, energy))
     assert losses[1] == pytest.approx(losses[0], rel=3e-3)
     assert found.balance["lost_friction"] == pytest.approx(plastic.balance["lost_friction"], rel=0.15)
     assert abs(found.balance["unaccounted"]) < 1e-8

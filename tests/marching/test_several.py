@@ -9,10 +9,7 @@ from oblique_impact import Scenario, simulate
 from oblique_impact.history.history import History
 
 PEGS = ({"kind": "point", "origin": [0.4, -0.02]}, {"kind": "point", "origin": [0.7, -0.036]})
-TABLES = (
-    {"kind": "side", "origin": [0.0, -0.15]},
-    {"kind": "side", "origin": [0.0, 0.15], "angle": np.pi},
-)
+TABLES = ({"kind": "side", "origin": [0.0, -0.15]}, {"kind": "side", "origin": [0.0, 0.15], "angle": np.pi})
 
 
 def run(*keys: str, obstacles=(), **sections) -> History:

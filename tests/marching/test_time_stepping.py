@@ -19,11 +19,6 @@ STEPS = "solver.scheme=time-stepping"
 INERTIA = pytest.mark.parametrize("inertia", ["kept", "none"])
 
 
-def energy(history: History) -> np.ndarray:
-    """Energy (J) at the samples."""
-    return sum(history[f"energy_{part}"].values for part in ("kinetic", "elastic", "gravity"))
-
-
 @cache
 def built_in(case: str, *keys: str) -> History:
     """Run a built-in case."""
@@ -52,7 +47,7 @@ def test_a_slap_loses_the_energy_that_it_loses_by_linear_kinematics(inertia):
     assert wanted.lost == pytest.approx(1.064, rel=1e-3)
     assert sum(c.normal_impulse for c in found.contacts) == pytest.approx(wanted.impulse, rel=1e-3)
     first = min(c.start for c in found.contacts)
-    lost = energy(found)[0] - np.interp(first + 12e-3, found["time"].values, energy(found))
+    lost = found.total_energy.values[0] - np.interp(first + 12e-3, found["time"].values, found.total_energy.values)
     assert lost == pytest.approx(wanted.lost, rel=5e-3)
     assert min(c.first_place for c in found.contacts) == wanted.zone
 
@@ -75,7 +70,7 @@ def test_a_small_slap_is_that_of_linear_kinematics(edge, inertia):
     found, wanted = simulate(given), fall(16, 5e-6, 0.012, 0.0, -0.4, 0.002, edge, massless=inertia == "none")
     assert wanted.impulse > 0.1
     assert sum(c.normal_impulse for c in found.contacts) == pytest.approx(wanted.impulse, rel=1e-4)
-    assert energy(found)[0] - energy(found)[-1] == pytest.approx(wanted.lost, rel=1e-3)
+    assert found.total_energy.values[0] - found.total_energy.values[-1] == pytest.approx(wanted.lost, rel=1e-3)
     assert min(c.first_place for c in found.contacts) == pytest.approx(wanted.zone, abs=1e-5)
 
 
@@ -231,7 +226,7 @@ def test_momentum_and_energy_balance_in_every_step(inertia):
     work = (force[1:] * np.diff(gap, axis=0)).sum(axis=1)
     # but for the second order of angles and deflections
     assert gained == pytest.approx(moments, abs=5e-4 * moments.max())
-    assert np.diff(energy(found)) == pytest.approx(work, abs=5e-7)
+    assert np.diff(found.total_energy.values) == pytest.approx(work, abs=5e-7)
     assert abs(found.balance["unaccounted"]) < 1e-7
 
 

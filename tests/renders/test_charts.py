@@ -21,10 +21,6 @@ from oblique_impact.renders.style import LIGHT, STATE_COLOURS
 KINDS = ("kinetic", "elastic", "gravity")
 
 
-def energy(history):
-    return sum(history[f"energy_{kind}"].values for kind in KINDS)
-
-
 def test_each_curve_has_its_name_and_colour(story, run):
     history, other, theme = story.histories[0], run("sticking"), LIGHT
     two = story_of([history, other], names=["a", "b"])
@@ -34,12 +30,15 @@ def test_each_curve_has_its_name_and_colour(story, run):
     ]
     for curves, expected in (
         (force_curves(story), forces),
-        (energy_curves(story), [*kinds, ("total", theme.ink, energy(history))]),
+        (energy_curves(story), [*kinds, ("total", theme.ink, history.total_energy)]),
         (
             force_curves(two),
             [("a", theme.series[0], history["lambda_n"]), ("b", theme.series[1], other["lambda_n"])],
         ),
-        (energy_curves(two), [("a", theme.series[0], energy(history)), ("b", theme.series[1], energy(other))]),
+        (
+            energy_curves(two),
+            [("a", theme.series[0], history.total_energy), ("b", theme.series[1], other.total_energy)],
+        ),
     ):
         for curve, (label, colour, values) in zip(curves, expected, strict=True):
             assert (curve.label, curve.colour) == (label, colour)
@@ -118,7 +117,7 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
             np.testing.assert_allclose(line(axes, label), expected)
     shaded = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
     np.testing.assert_allclose(shaded, [(contact.start, contact.end) for contact in history.contacts], atol=1e-12)
-    np.testing.assert_allclose(line(panels["Energy"], "total of a")[1], energy(history))
+    np.testing.assert_allclose(line(panels["Energy"], "total of a")[1], history.total_energy)
     for kind in KINDS:
         np.testing.assert_array_equal(line(panels["Energy"], f"{kind} of a")[1], history[f"energy_{kind}"])
     axes = panels["Shapes in the first collision"]

@@ -20,11 +20,7 @@ from oblique_impact.renders.timeline import make_timeline
 
 SIZE = (640, 360)
 #: a strip of steel, 1 mm deep
-SLENDER = (
-    'beam.section={shape="rectangle", width=0.02, height=0.001}',
-    "beam.material=steel",
-    "end_time=0.33",
-)
+SLENDER = ('beam.section={shape="rectangle", width=0.02, height=0.001}', "beam.material=steel", "end_time=0.33")
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,7 @@ from oblique_impact.scenario import sections
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.sections import BeamSection, ContactSection, DiscretizationSection, SolverSection
+from tests.refusals import refused_in_one_line
 
 #: the paper's data (its Sec. 7), and what the design of the program takes where the paper is silent
 PAPER = {
@@ -182,22 +183,11 @@ BAD = {
 }
 
 
-def one_line(error):
-    message = str(error.value)
-    assert message.strip()
-    assert len(message.splitlines()) == 1, message
-    return message
-
-
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_one_line_with_key_value_and_what_is_allowed(name):
     text, parts = BAD[name]
-    with pytest.raises(InputError) as error:
+    with refused_in_one_line(*parts):
         Scenario.from_toml(text)
-    message = one_line(error)
-    assert len(message) < 400
-    for part in parts:
-        assert part in message
 
 
 @pytest.mark.parametrize(
@@ -212,23 +202,18 @@ def test_bad_input_is_one_line_with_key_value_and_what_is_allowed(name):
     ],
 )
 def test_bad_changes_are_one_line(change, parts):
-    with pytest.raises(InputError) as error:
+    with refused_in_one_line(*parts):
         Scenario.from_toml("end_time = 1.0", [change])
-    message = one_line(error)
-    for part in parts:
-        assert part in message
 
 
 def test_a_fault_of_a_file_names_the_file_and_one_of_a_change_does_not(tmp_path):
     file = tmp_path / "beam.toml"
     file.write_text("[beam]\nlength = 2.0\n")
-    with pytest.raises(InputError) as error:
+    with refused_in_one_line(start="beam.length = -1: "):
         Scenario.load(str(file), ["beam.length=-1"])
-    assert str(error.value).startswith("beam.length = -1: ")
     file.write_text("[beam]\nlength = -2.0\n")
-    with pytest.raises(InputError) as error:
+    with refused_in_one_line(start=f"{file}: beam.length = -2.0: "):
         Scenario.load(str(file), ["end_time=0.1"])
-    assert str(error.value).startswith(f"{file}: beam.length = -2.0: ")
 
 
 def test_missing_and_unreadable_files(tmp_path):
@@ -240,11 +225,8 @@ def test_missing_and_unreadable_files(tmp_path):
         (str(latin), "cannot be read"),
         ("stiking", "did you mean sticking"),
     ]:
-        with pytest.raises(InputError) as error:
+        with refused_in_one_line(source, allowed):
             Scenario.load(source)
-        message = one_line(error)
-        assert source in message
-        assert allowed in message
     with pytest.raises(InputError, match=r"nowhere.*paper.*sticking"):
         Scenario.builtin("nowhere")
 
@@ -265,9 +247,8 @@ def test_missing_and_unreadable_files(tmp_path):
     ids=range(9),
 )
 def test_a_bad_argument_in_python_is_one_line_too(make, start):
-    with pytest.raises(InputError) as error:
+    with refused_in_one_line(start=start):
         make()
-    assert one_line(error).startswith(start)
 
 
 # --- the start

@@ -11,12 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact import History, Outcome
-from oblique_impact.contact.friction import (
-    Coulomb,
-    FrictionCurve,
-    Frictionless,
-    ModifiedCoulomb,
-)
+from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless, ModifiedCoulomb
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme

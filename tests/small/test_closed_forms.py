@@ -158,11 +158,7 @@ def test_a_ball_bounces_half_as_fast_each_time_and_comes_to_rest(friction, schem
         )
     # the smallest bounce that a step resolves lasts h; the event scheme goes on to far smaller ones
     lowest = 4.0 * EVENT_ERROR  # m, a bounce that need not be told from rest
-    unresolved = {
-        "event": 4.0 * sqrt(2.0 * lowest / GRAVITY),
-        "fixed-step": rest,
-        "generalized-alpha": 6.0 * h,
-    }
+    unresolved = {"event": 4.0 * sqrt(2.0 * lowest / GRAVITY), "fixed-step": rest, "generalized-alpha": 6.0 * h}
     assert times[-1] == pytest.approx(3.0 * FALL, abs=unresolved[scheme])
     most = log2(LANDING_SPEED / (GRAVITY * h)) + 6.0 if scheme == "fixed-step" else 60.0
     assert len(kinds) <= most

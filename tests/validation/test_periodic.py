@@ -14,6 +14,7 @@ from oblique_impact.validation import PeriodicSection, periodic_response, sweep
 from oblique_impact.validation.studies.design import make_plan
 from oblique_impact.validation.studies.maps import draw_responses
 from oblique_impact.validation.studies.study import TABLE
+from tests.refusals import refused_in_one_line
 
 STRIP = Scenario.builtin("shaken", ["discretization.modes=2", "solver.output_interval=2e-3"])
 #: up and down over the frequencies of a jump: two of them have two motions
@@ -110,9 +111,8 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_what_has_no_steady_state_is_refused_in_one_line(case):
     line, words = BAD[case]
-    with pytest.raises(InputError, match=words) as caught:
+    with refused_in_one_line(words):
         make_plan(SWEEP.replace("changes.discretization.modes = 2", line))
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

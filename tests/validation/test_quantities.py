@@ -129,9 +129,8 @@ def test_what_a_run_does_not_have_is_a_named_gap(run):
     "name", ["peak", "tip_y@", "moment@0.5", "max:", "mean:tip_y", "tip_y@-1", "lost_after:-1"]
 )
 def test_unknown_quantities_are_one_line(name):
-    with pytest.raises(InputError, match=r"--quantity") as caught:
+    with pytest.raises(InputError, match=r"^--quantity .*[^\n]$"):
         quantity(name, 1.0)
-    assert "\n" not in str(caught.value)
 
 
 def test_usual_quantities_fit_the_scenario():
@@ -167,9 +166,7 @@ TIP_MASS = ("discretization.method=fem", "beam.tip_mass=0.2", "beam.length=0.8")
 
 
 @pytest.mark.parametrize(
-    ("frame", "changes"),
-    [("mean-axis", ()), ("tangent", TIP_MASS)],
-    ids=["mean-axis", "tip mass"],
+    ("frame", "changes"), [("mean-axis", ()), ("tangent", TIP_MASS)], ids=["mean-axis", "tip mass"]
 )
 def test_restitution_is_the_balance_of_angular_momentum(run, frame, changes):
     """J (w+ - w-) is the moment of the contact impulses less that of gravity during the collision."""

@@ -16,7 +16,7 @@ from oblique_impact.validation import refine
 from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
 from oblique_impact.validation.studies.ladders import AXES, Ladder, Study, sizes_of
-from oblique_impact.validation.studies.refinement import declared_orders, level_frame, lines, report
+from oblique_impact.validation.studies.refinement import declared_orders, lines, report
 from oblique_impact.validation.studies.shipped import STUDIES, predictability_cases, shipped_study
 from tests.marching.linear_beam import fall
 
@@ -124,7 +124,7 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end():
     assert first.analysis.verdict == CONVERGED
     assert later.analysis.verdict == NO_VERDICT
     assert any(line.startswith("  modes 3: painleve at t = 0.3237") for line in lines(result))
-    table = level_frame(result)
+    table = result.to_dataframe()
     assert len(table) == 2 * 3
     assert table["gap"].iloc[-1] == later.gaps[-1]
     assert "painleve" in later.gaps[-1]

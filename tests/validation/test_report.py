@@ -73,8 +73,7 @@ def test_files_appear_with_full_numbers(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.5, "0.5"), (-1.25e-9, "−1.25 × 10⁻⁹"), (None, "–"), (math.nan, "–"), (3e20, "3 × 10²⁰")],
+    ("value", "text"), [(0.5, "0.5"), (-1.25e-9, "−1.25 × 10⁻⁹"), (None, "–"), (math.nan, "–"), (3e20, "3 × 10²⁰")]
 )
 def test_numbers_for_reading(value, text):
     assert number(value) == text

@@ -76,7 +76,7 @@ def _bent(elements: int, force: float, moment: float) -> Array:
     q, load = beam.straight(0.0), np.zeros(beam.size)
     for part in np.arange(1, 11) / 10.0:
         load[-2], load[-1] = part * force, part * moment
-        q, _ = equilibrium(beam, q, load, 3)
+        q = equilibrium(beam, q, load, 3)
     return q[-3:]
 
 

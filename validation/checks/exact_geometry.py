@@ -15,12 +15,7 @@ check = checks_of("exact-geometry", "Geometrically exact code")
 
 _SPRING = (SPRING, "contact.stiffness=1e6", FRICTIONLESS, MEAN_AXIS, FEM, "discretization.elements=32")
 _MODELS = {
-    "nodal": (
-        *NODAL,
-        "solver.free_step=1e-5",
-        "solver.contact_step=2e-6",
-        "solver.rho_infinity=0.9",
-    ),
+    "nodal": (*NODAL, "solver.free_step=1e-5", "solver.contact_step=2e-6", "solver.rho_infinity=0.9"),
     "reduced": ("discretization.modes=24",),
 }
 

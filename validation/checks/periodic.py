@@ -99,8 +99,7 @@ def impact_oscillator() -> Iterator[Measurement]:
     text = "closed form of the orbit with one impact a period"
     for frequency in (14.0, 15.0):
         history = periodic_response(
-            _oscillator(contact__restitution=_RESTITUTION, base__frequency=frequency, **_DAMPED),
-            settings=_SETTLED,
+            _oscillator(contact__restitution=_RESTITUTION, base__frequency=frequency, **_DAMPED), settings=_SETTLED
         )
         (event,), energy = history.events, history.balance
         found = 2.0 * math.pi * frequency * event.time, -event.normal_velocity

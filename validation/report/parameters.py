@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.schema import label_of, schema_of
+from oblique_impact.scenario.schema import label_of, unit_of_key
 from oblique_impact.scenario.toml import flat_keys
-from oblique_impact.scenario.units import Unit
 from oblique_impact.validation.report import Block, Cell, Section, Table, Text, number, shown_unit
 
 #: value of a key that a scenario does not have, as of an obstacle
@@ -45,8 +44,7 @@ def _values(scenarios: Mapping[str, Scenario | None]) -> dict[str, tuple[Any, ..
 
 
 def _row(key: str, values: tuple[Any, ...]) -> list[Any]:
-    unit = shown_unit(Unit((schema_of(key) or {}).get("unit", "")).shown)
-    return [label_of(key), Cell(key, "code"), unit, *map(_cell, values)]
+    return [label_of(key), Cell(key, "code"), shown_unit(unit_of_key(key)), *map(_cell, values)]
 
 
 def _cell(value: Any) -> Cell:

@@ -8,7 +8,6 @@ import math
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -21,7 +20,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.messages import did_you_mean, one_of, refused, short
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.schema import label_of, schema_of
+from oblique_impact.scenario.schema import key_schemas, label_of, schema_of, unit_of_key
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
@@ -39,12 +38,6 @@ Keys = Annotated[list[str], Field(min_length=1)]
 Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
 
 
-@cache
-def _defaults() -> dict[str, Any]:
-    """Return the default values of all keys of a scenario, "section.key" or "key"."""
-    return flat_keys(Scenario().model_dump())
-
-
 def _default(key: str) -> Any:
     """Return the default value of a key, of an obstacle too."""
     return (schema_of(key) or {})["default"]
@@ -54,8 +47,8 @@ def check_keys(keys: Iterable[str], where: str) -> None:
     """Raise InputError for the first that is no key of a scenario."""
     for key in keys:
         if schema_of(key) is None:
-            inside = [known for known in _defaults() if known.startswith(f"{key.rpartition('.')[0]}.")]
-            meant = did_you_mean(key, _defaults())
+            inside = [known for known in key_schemas() if known.startswith(f"{key.rpartition('.')[0]}.")]
+            meant = did_you_mean(key, key_schemas())
             words = f"known here: {', '.join(inside) or 'those of a scenario file'}{meant}"
             raise refused(where, key, f"not a key of a scenario; {words}")
 
@@ -117,7 +110,7 @@ class AxisSection(Section):
     @property
     def unit(self) -> str:
         """SI unit, "1" for numbers without one, "" for words and switches."""
-        return Unit((schema_of(self.names[0]) or {}).get("unit", "")).shown
+        return unit_of_key(self.names[0])
 
     @property
     def whole(self) -> bool:

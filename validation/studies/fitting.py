@@ -41,8 +41,7 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.schema import label_of, schema_of
-from oblique_impact.scenario.units import Unit
+from oblique_impact.scenario.schema import label_of, schema_of, unit_of_key
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.report import (
     Block,
@@ -151,7 +150,7 @@ def parameter(text: str, scenario: Scenario) -> Parameter:
         spread = value / _FACTOR, min(value * _FACTOR, high)
     else:
         spread = value - _PART * abs(value), value + _PART * abs(value)
-    return Parameter(keys, Unit(schema.get("unit", "1")).shown, value, spread, (low, high), positive)
+    return Parameter(keys, unit_of_key(key), value, spread, (low, high), positive)
 
 
 def _number(key: str, text: str) -> float:
@@ -391,17 +390,11 @@ def fit(
         best = problem.minimize(best.u, range(count))
         if np.allclose(before, problem.deviations, rtol=0.01):
             break
-    begun = pd.DataFrame(
-        [
-            {
-                f"{p.label}{part}": p.value(u[k])
-                for k, p in enumerate(parameters)
-                for part, u in ((" from", a), (" to", s.u))
-            }
-            | {"sum of squares": s.squares}
-            for a, s in zip(points, found, strict=True)
-        ]
-    )
+    begun = pd.DataFrame()
+    for k, p in enumerate(parameters):
+        begun[f"{p.label} from"] = [p.value(u[k]) for u in points]
+        begun[f"{p.label} to"] = [p.value(solution.u[k]) for solution in found]
+    begun["sum of squares"] = [solution.squares for solution in found]
     result = _judge(problem, best, known, begun, workers, on_progress)
     result = replace(
         result,
@@ -554,15 +547,7 @@ def _judge(
     for k, p in enumerate(problem.parameters):
         low, high = (p.value(end) for end in ends.get(k, (math.nan, math.nan)))
         kind = "no effect" if k not in free else "profile" if k in {task.key for task in tasks} else "Jacobian"
-        row = {
-            "unit": p.unit,
-            "start": p.start,
-            "value": p.value(u[k]),
-            "low": low,
-            "high": high,
-            "interval": kind,
-        }
-        rows += [{"key": key, **row} for key in p.keys]
+        rows += [(key, p.unit, p.start, p.value(u[k]), low, high, kind) for key in p.keys]
         if k not in free:
             warnings.append(f"{p.label}: has no effect on these data; it is left at {p.start:g}")
             continue
@@ -598,9 +583,8 @@ def _judge(
         }
     )
     table["residual"] = (table["measured"] - table["fitted"]) / table["deviation"]
-    return FitResult(
-        scenario, pd.DataFrame(rows), table, correlation, starts, best.squares, freedom, tuple(warnings), 0.0
-    )
+    keys = pd.DataFrame(rows, columns=["key", "unit", "start", "value", "low", "high", "interval"])
+    return FitResult(scenario, keys, table, correlation, starts, best.squares, freedom, tuple(warnings), 0.0)
 
 
 def _elsewhere(

@@ -34,6 +34,7 @@ from oblique_impact.validation.report import (
     Section,
     Table,
     Text,
+    capitalized,
     cell,
     number,
     number_within,
@@ -377,5 +378,5 @@ def _section(found: CaseResult) -> Section:
         "Macro-collisions, and how far the perturbed runs move them; where one ends before a start, the rest of "
         "its time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves."
     )
-    remarks = [Text(f"{remark[0].upper()}{remark[1:]}.", note=True) for remark in found.remarks]
+    remarks = [Text(f"{capitalized(remark)}.", note=True) for remark in found.remarks]
     return Section(found.case.name, [*remarks, *([Table(columns, rows, caption)] if rows else [])])

@@ -351,11 +351,7 @@ def _of_collision(key: str, number: int = 0) -> Callable[[History], float]:
 #: of the N-th macro-collision or event: unit, meaning, what returns the measure of a number from 0
 _NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
     "start": ("s", "start of macro-collision {}", lambda number: partial(_start, number=number)),
-    "collision_impulse": (
-        "N s",
-        "normal impulse of macro-collision {}",
-        partial(_of_collision, "normal_impulse"),
-    ),
+    "collision_impulse": ("N s", "normal impulse of macro-collision {}", partial(_of_collision, "normal_impulse")),
     "collision_contacts": ("1", "contacts of macro-collision {}", partial(_of_collision, "contacts")),
     "event": ("s", "time of event {}", lambda number: partial(_event_time, number=number)),
 }

@@ -28,6 +28,7 @@ from oblique_impact.validation.report import (
     Section,
     Table,
     Text,
+    capitalized,
     cell,
     number,
     picture,
@@ -36,14 +37,7 @@ from oblique_impact.validation.report import (
 )
 from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.convergence import CONVERGED, RULE, VERDICTS
-from oblique_impact.validation.studies.ladders import (
-    AXES,
-    Ladder,
-    LadderResult,
-    QuantityResult,
-    Study,
-    judge,
-)
+from oblique_impact.validation.studies.ladders import AXES, Ladder, LadderResult, QuantityResult, Study, judge
 from oblique_impact.validation.studies.quantities import default_quantities
 from oblique_impact.validation.studies.shipped import shipped_study
 from oblique_impact.validation.studies.study import run_study
@@ -84,7 +78,21 @@ class StudyResult:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row for each ladder, quantity and level, as in results.csv; NaN where there is nothing."""
-        return level_frame(self)
+        parts = []
+        for part in self.ladders:
+            for item in part.results:
+                before = {
+                    "ladder": part.ladder.name,
+                    "axis": part.ladder.axis,
+                    "level": part.ladder.levels,
+                    "outcome": part.runs["outcome"].tolist(),
+                    "quantity": item.quantity.name,
+                    "unit": item.quantity.unit,
+                    "gap": item.gaps,
+                }
+                levels = pd.concat([pd.DataFrame(before), item.analysis.levels], axis=1)
+                parts.append(levels.assign(verdict=item.analysis.words))
+        return pd.concat(parts, ignore_index=True)
 
     def _repr_html_(self) -> str:
         """Show the head of the report in a notebook."""
@@ -189,7 +197,7 @@ def refine(
     found = tuple(judge(ladder, frame[frame["ladder"] == ladder.name], tolerance) for ladder in ladders)
     result = StudyResult(described, tolerance, found, time.perf_counter() - started)
     if out is not None:
-        report(result).write(Path(out), study_data(result), level_frame(result))
+        report(result).write(Path(out), study_data(result), result.to_dataframe())
     return result
 
 
@@ -280,25 +288,6 @@ def study_data(result: StudyResult) -> dict[str, Any]:
     return {**study, "rule": RULE, "ladders": ladders, "times": times}
 
 
-def level_frame(result: StudyResult) -> pd.DataFrame:
-    """Return a row for each ladder, quantity and level; NaN where there is nothing."""
-    parts = []
-    for part in result.ladders:
-        for item in part.results:
-            before = {
-                "ladder": part.ladder.name,
-                "axis": part.ladder.axis,
-                "level": part.ladder.levels,
-                "outcome": part.runs["outcome"].tolist(),
-                "quantity": item.quantity.name,
-                "unit": item.quantity.unit,
-                "gap": item.gaps,
-            }
-            levels = pd.concat([pd.DataFrame(before), item.analysis.levels], axis=1)
-            parts.append(levels.assign(verdict=item.analysis.words))
-    return pd.concat(parts, ignore_index=True)
-
-
 def report(result: StudyResult) -> Report:
     """Return the report."""
     rows = []
@@ -342,7 +331,7 @@ def _section(result: LadderResult, pictured: bool) -> Section:
         ladder.name,
         [
             Text(note, note=True),
-            *(Text(f"{remark[:1].upper()}{remark[1:]}.", note=True) for remark in result.remarks),
+            *(Text(f"{capitalized(remark)}.", note=True) for remark in result.remarks),
             *([_picture(result)] if pictured else []),
             Table.of_frame(result.runs.assign(h=result.sizes), "Runs", wide=[6], columns=columns),
             *(_level_table(result, item) for item in result.results),
@@ -361,16 +350,11 @@ def _level_table(result: LadderResult, item: QuantityResult) -> Table:
         rows.append([level, value, cell(row.difference, 3), *found])
     declared = f", declared order {item.declared:g}" if item.declared else ""
     caption = (
-        f"{_label(item)}{declared}. Verdict: {a.words} ({a.reason}); uncertainty {number(a.uncertainty, 2)} "
-        f"{shown_unit(unit)}, noise {number(a.noise, 2)} {shown_unit(unit)}"
+        f"{capitalized(item.quantity.meaning)}{declared}. Verdict: {a.words} ({a.reason}); uncertainty "
+        f"{number(a.uncertainty, 2)} {shown_unit(unit)}, noise {number(a.noise, 2)} {shown_unit(unit)}"
     )
     units = {"value": unit, "difference": unit, "observed order": "1", "Richardson limit": unit, "GCI": unit}
     return Table([with_unit(*pair) for pair in ({axis.label: axis.unit} | units).items()], rows, caption)
-
-
-def _label(item: QuantityResult) -> str:
-    """Return the meaning of a quantity as a sentence begins."""
-    return item.quantity.meaning[:1].upper() + item.quantity.meaning[1:]
 
 
 def _picture(result: LadderResult) -> Picture:
