@@ -19,16 +19,14 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def counting_bar(
-    title: str, console: Console | None = None, rate: str = "", note: str = ""
-) -> Iterator[OnProgress]:
+def counting_bar(title: str, rate: str = "", note: str = "") -> Iterator[OnProgress]:
     """Show a bar while the block runs; yields an `on_progress`.
 
     With `rate`, the name of what is counted, the bar shows how many are done in a second.  A `note` is printed
     when the first one begins.
     """
     columns = TextColumn(title), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[text]}")
-    with _drawn(Progress(*columns, TimeRemainingColumn(), console=_console(console), transient=True)) as bar:
+    with _drawn(Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("", total=None, text="")
 
         def show(progress: Done) -> None:
@@ -42,10 +40,10 @@ def counting_bar(
 
 
 @contextmanager
-def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], None]]:
+def progress_bar() -> Iterator[Callable[[Status], None]]:
     """Show a bar of one run while the block runs; yields the callback for `simulate`."""
     columns = TextColumn("{task.fields[state]:>5}"), BarColumn(), TextColumn("{task.fields[text]}")
-    with _drawn(Progress(*columns, TimeRemainingColumn(), console=_console(console), transient=True)) as bar:
+    with _drawn(Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("", total=None, state="", text="preparing")
 
         def show(status: Status) -> None:
@@ -57,10 +55,6 @@ def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], 
             bar.update(task, total=end, completed=status.time, state=status.state.name, text=text)
 
         yield show
-
-
-def _console(console: Console | None) -> Console:
-    return console or Console(stderr=True)
 
 
 @contextmanager

@@ -253,8 +253,6 @@ class History:
         """
         from oblique_impact.renders.overview import overview
 
-        if self.scenario is None:
-            raise InputError("plot: this is the history of a system that is no beam")
         return overview({"run": self})
 
     def to_pyvista(self, time: float, deformation: float = 1.0) -> PolyData:
@@ -265,8 +263,6 @@ class History:
         """
         from oblique_impact.renders.exports import beam_mesh
 
-        if self.scenario is None:
-            raise InputError("to_pyvista: this is the history of a system that is no beam")
         return beam_mesh(self, time, deformation)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:

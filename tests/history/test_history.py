@@ -263,5 +263,5 @@ def test_damaged_files_are_refused_in_one_line(run, tmp_path):
     for name in (*spoiled, *(f"{name}.nc" for name in changed), "missing", "empty", "run/scenario.toml"):
         with refused_in_one_line(str(tmp_path / name)):
             History.load(tmp_path / name)
-    with pytest.raises(InputError, match="run the scenario first: oblique-impact run paper"):
-        History.load("paper")
+    with pytest.raises(InputError, match="run the scenario first: oblique-impact run sticking"):
+        History.load("sticking")

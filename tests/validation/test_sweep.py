@@ -29,7 +29,6 @@ quantities = ["theta@end", "tip_y@0.01"]
 end_time = 0.02
 contact.enabled = false
 """
-AXIS = "[[axes]]\n"
 
 #: 12 runs of some 20 ms, three of them not possible
 SMALL = """
