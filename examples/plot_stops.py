@@ -26,7 +26,7 @@ columns = {"one stop": kept[~kept["slope.enabled"]], "stops on both sides": kept
 # %%
 # Stops stiffen the strip: its resonance at 13.4 Hz leans to higher frequencies. On the way up the strip goes on
 # striking until it falls off, at 18 Hz from one stop and at 22 Hz from two; on the way down it does not touch
-# until 16 Hz. Between these jumps two motions exist side by side, and the larger one has up to twelve times the
+# until 16 Hz. Between these jumps two motions exist side by side, and the larger one has up to 13 times the
 # stress. A motion that takes several periods of the base has as many samples, one that does not repeat a cloud of
 # them, and the period 0.
 

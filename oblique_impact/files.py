@@ -40,7 +40,7 @@ def read_text(path: Path, limit: int = MAX_TEXT) -> str:
     if path.stat().st_size > limit:
         raise ValueError(f"larger than {limit} bytes")
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # spreadsheets and editors may mark it
     except UnicodeDecodeError:
         raise ValueError("not a text in UTF-8") from None
 

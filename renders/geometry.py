@@ -189,9 +189,19 @@ class BeamGeometry:
 
     @property
     def outer_point(self) -> str:
-        """What the line from the pin, about which deflections are magnified, goes to: in words."""
+        """What the line from the root, about which deflections are magnified, goes to: in words."""
         at_tip = self.touch == self.stations.size - 1
         return "tip" if at_tip and not self.scenario.contact.enabled else "contact point"
+
+    @cached_property
+    def clamped(self) -> bool:
+        """Whether the root stands still: it is driven, and does not turn in the run."""
+        return self.scenario.root.kind == "driven" and float(np.ptp(self.values("theta"))) == 0.0
+
+    @property
+    def inner_point(self) -> str:
+        """What that line comes from."""
+        return "root" if self.scenario.root.kind == "driven" else "pin"
 
     @cached_property
     def anywhere(self) -> bool:

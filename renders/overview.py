@@ -111,7 +111,7 @@ def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
         axes.plot(*obstacle.surface.T, color=theme.slope_edge, linewidth=1.6)
     axes.plot(history["tip_x"], history["tip_y"], color=theme.dim, linewidth=0.7, linestyle=":")
     axes.plot(0.0, 0.0, "o", color=theme.ink, markersize=7, zorder=5)
-    axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
+    axes.annotate(geometry.inner_point, (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
     axes.margins(x=0.12, y=0.14)
     title = "The beam up to the first impact" if history.contacts else "The beam on its way"
     axes.set(xlabel="x (m)", ylabel="y (m)", title=title, aspect="equal")

@@ -115,6 +115,8 @@ class View:
         self.stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
         #: unit vectors (3,) from the scene to the eye, and (2, 3) to the right and upward in the picture
         self.eye = CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
+        if story.obstacles and np.mean([obstacle.normal[0] for obstacle in story.obstacles]) < -0.7:
+            self.eye = self.eye * (-1.0, 1.0, 1.0)  # walls to the right would hide the beam
         right = np.cross([0.0, 1.0, 0.0], self.eye)
         right /= np.linalg.norm(right)
         self.across = np.array([right, np.cross(self.eye, right)])
@@ -139,7 +141,7 @@ class View:
         planes = []
         if ground:
             standing = [
-                foot,
+                *([] if geometry.clamped else [foot]),
                 *(b for b, o in zip(blocks, obstacles, strict=True) if o.is_side and o.normal[1] > 0.0),
             ]
             blocks += [found for found in (stand(solid, ground) for solid in standing) if found]

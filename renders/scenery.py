@@ -25,9 +25,12 @@ def block(geometry: BeamGeometry, obstacle: DrawnObstacle) -> pv.PolyData:
 
 
 def pin(geometry: BeamGeometry) -> pv.PolyData:
-    """Return the pin: two cheeks with a bolt on a foot, or a hub's disc of its radius."""
+    """Return the pin (two cheeks with a bolt on a foot), a hub's disc, or the wall of a clamped beam."""
     r, hub = float(geometry.radii[0]), geometry.scenario.root.hub_radius
     side = max(r, geometry.half_width)  # of the beam between the cheeks
+    if geometry.clamped and hub == 0.0:
+        wall = _box(-FOOT * r, 0.0, -FOOT * r, FOOT * r, side + 1.4 * r)
+        return pv.PolyData(wall.rotate_z(np.degrees(geometry.values("theta")[0])).triangulate())
     height = 2.6 * side if hub > 0.0 else 2.0 * side + 3.6 * r
     bolt = pv.Cylinder(direction=(0.0, 0.0, 1.0), radius=max(0.7 * r, hub), height=height).triangulate()
     if hub > 0.0:

@@ -25,13 +25,14 @@ def beam_words(scenario: Scenario) -> list[str]:
     return [f"{full}, {_material(beam)}, {count}", f"{full}, {count}", f"{length}, {count}", count]
 
 
-def model_words(scenario: Scenario) -> str:
+def model_words(scenario: Scenario, clamped: bool) -> str:
     """Return material, start, stop, friction and discretization of a run."""
     contact, how = scenario.contact, scenario.discretization
     root = "driven root" if scenario.root.kind == "driven" else scenario.root.kind
+    start = "clamped, at" if clamped else f"on a {root}, from"
     words = [
         _material(scenario.beam),
-        f"on a {root}, from {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",
+        f"{start} {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",
     ]
     if scenario.base.is_shaken:
         words.append(_shaking(scenario.base))

@@ -59,7 +59,7 @@ _COLUMNS = [
 ]
 #: times are shown to this part of the common span
 _SHOWN = 1e-5
-#: what the picture shows, if all histories have it: label and unit of the axis
+#: what the picture shows, if all histories have it and it is not 0 throughout: label and unit of the axis
 _DRAWN = {
     "gap": "gap (m)",
     "theta_dot": "angular velocity (rad/s)",
@@ -565,7 +565,10 @@ def _sections_of(found: Comparison) -> list[Section]:
 def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence[Comparison]) -> Picture:
     """Draw the runs on top of each other, fields at their last station."""
     shared = [name for name in pairs[0].variables.index if all(name in pair.variables.index for pair in pairs)]
-    drawn_names = [name for name in _DRAWN if name in shared] or shared[:1]
+    moving = [
+        name for name in _DRAWN if name in shared and any(history[name].values.any() for history in histories)
+    ]
+    drawn_names = moving or shared[:1]
     caption = "The runs over time" + ("; dotted lines are events that only one has." if len(pairs) == 1 else ".")
     alternative = f"{', '.join(drawn_names)} of {listed(names)} over time."
     with picture(caption, height=2.2 * len(drawn_names) + 0.5, alternative=alternative) as drawn:

@@ -102,7 +102,7 @@ def render(
     lines: list[str] = []
     data: dict[str, Any] = {"file": result.file, "factor": result.factor, "size": result.size}
     if out.suffix.lower() not in CHARTS:
-        lines.append(f"deformation factor {result.factor:g}, about the line from pin to contact point")
+        lines.append(f"deformation factor {result.factor:g}, about the line from root to contact point")
     if (film := result.timeline) is not None:
         count = film.times.size
         lines.append(

@@ -118,6 +118,8 @@ def content_of(story: Story, number: int = 0) -> Content:
         "radius": geometry.radii.tolist(),
         "hub_radius": scenario.root.hub_radius,
         "pinned": scenario.root.kind == "pin",
+        # angle of a beam whose root is clamped
+        "clamped": float(geometry.values("theta")[0]) if geometry.clamped else None,
         "pin": PIN * length,
         "longest_arrow": ARROW * length,
         "obstacles": [
@@ -268,7 +270,8 @@ def _factor(
     pin = PIN * length
     root = np.array([(-2.0 * pin, 2.0 * pin, -hub, hub), (-2.6 * pin, pin, -hub, hub)])
     (left, low), (right, high) = (ends(np.hstack([places, root]), axis=1) for ends in (np.min, np.max))
-    about = "pin–tip chord" if touch == stations.size - 1 else "chord from the pin to the contact point"
+    inner = geometry.inner_point
+    about = f"{inner}–tip chord" if touch == stations.size - 1 else f"chord from the {inner} to the contact point"
     true = factor == 1.0
     return {
         "factor": factor,

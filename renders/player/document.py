@@ -44,7 +44,6 @@ def write_player(story: Story, out: Path) -> Path:
         for one in contents:
             one.facts["factors"][name]["bounds"] = [left, right, low, high]
     names = story.names if several else ("",)
-    scenarios = [geometry.scenario for geometry in story.geometries]
     page = _PAGE.get_template("player.html.j2").render(
         content=content,
         made_by=made_by(story.histories),
@@ -53,8 +52,12 @@ def write_player(story: Story, out: Path) -> Path:
         title=story.heading if story.title else ": ".join([" and ".join(names), *story.beam[1:2]]),
         several=several,
         runs=[
-            {"name": name, "model": model_words(scenario), "outcome": _why_it_stopped(one)}
-            for name, scenario, one in zip(names, scenarios, story.histories, strict=True)
+            {
+                "name": name,
+                "model": model_words(one.scenario, one.clamped),
+                "outcome": _why_it_stopped(one.history),
+            }
+            for name, one in zip(names, story.geometries, strict=True)
         ],
         warnings=warnings_of(story.histories),
         all_events=len(history.events),

@@ -81,6 +81,14 @@ def test_the_beam_is_where_its_points_are_and_red_where_it_is_stretched(story, s
     assert columns[-1] > pixels[:, 0].max() - 1.5
 
 
+@pytest.mark.parametrize("case", ["paper", "shaken"])
+def test_the_eye_is_on_the_side_of_the_beam_and_not_behind_the_stop(run, case):
+    story = story_of([run(case)], Style(size=SIZE), ["run"])
+    scene, _ = alone(story, 0.0, camera="oblique")
+    scene.close()
+    assert all(scene.views[0].eye[:2] @ obstacle.normal > 0.1 for obstacle in story.obstacles)
+
+
 def test_the_arrow_points_along_the_force_to_the_contact_point(story, strongest):
     """Of the sign that the slope pushes with, as long as the root of the force; none in flight."""
     geometry = story.geometries[0]

@@ -31,7 +31,7 @@ TIMES = np.linspace(2e-3, 0.1, 50)
 def written(path, header, *columns):
     """A file of measured data."""
     rows = "".join(",".join(map(repr, map(float, row))) + "\n" for row in zip(*columns, strict=True))
-    path.write_text(f"# made data\n{header}\n{rows}")
+    path.write_text(f"# made data\n{header}\n{rows}", encoding="utf-8-sig")  # as a spreadsheet does
     return path
 
 

@@ -130,7 +130,9 @@ def _names(header: list[str], scenario: Scenario) -> tuple[list[str], Array]:
     for text in header:
         found = _HEADING.fullmatch(text)
         if found is None:
-            raise InputError(f"column {short(text)}: should be NAME [UNIT], as time [ms]")
+            raise InputError(
+                f"column {short(text)}: should be NAME [UNIT], as time [ms], with commas between columns"
+            )
         name = " ".join(found[1].split())
         if name in names:
             raise InputError(f"column {name}: stands there twice")

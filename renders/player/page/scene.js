@@ -114,7 +114,7 @@ function drawScene() {
   drawTrace(c, view);
   drawBeam(c, view, axisAt(show.place, factor.factor));
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
-  circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
+  if (facts.clamped === null) circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
   drawZones(c, view, axisAt(show.place, factor.factor));
   drawForces(c, view, facts.longest_arrow * view.whole, `contact force ${run.force_text[Math.floor(show.place)]}`);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
@@ -224,10 +224,16 @@ function drawObstacles(c, view) {
   }
 }
 
-/** The hub, or the block under the pin. */
+/** The hub, the wall that holds a clamped beam, or the block under the pin. */
 function drawRoot(c, view) {
   const [x, y] = toPixels(view, [0, 0]), p = facts.pin * view.scale;
   if (facts.hub_radius > 0) return circle(c, [x, y], Math.max(facts.hub_radius * view.scale, 3), colour.ground, 1.2);
+  if (facts.clamped !== null) {
+    const [s, n] = [Math.sin(facts.clamped), Math.cos(facts.clamped)];  // along the beam in pixels: (n, -s)
+    const corner = (along, across) => [x + along * n + across * s, y - along * s + across * n];
+    polygon(c, [corner(0, -2 * p), corner(0, 2 * p), corner(-p, 2 * p), corner(-p, -2 * p)], colour.ground);
+    return outline(c, 1.2);
+  }
   const block = new Path2D();
   block.arc(x, y, 0.75 * p, Math.PI, 0);
   block.lineTo(x + 0.95 * p, y + 1.7 * p);
