@@ -311,7 +311,10 @@ class ContactMachines:
             moving = abs(c.slip_rate) > still and i not in at_rest and i not in leaves
             slips[i] = leaves.get(i, _sign(c.slip_rate) if moving or static is None else 0)
         for _ in range(len(contacts) + 1):
-            candidates = [self._candidate(i, c, slips[i]) for i, c in zip(contacts, group.instants, strict=True)]
+            candidates = [
+                self._candidate(i, c, slips[i], arrays.rows[i])
+                for i, c in zip(contacts, group.instants, strict=True)
+            ]
             free = np.array([[c.gap_acceleration, c.slip_acceleration] for c in group.instants])
             solution = contact_forces(group.delassus, free, candidates)
             begun = {
@@ -367,9 +370,11 @@ class ContactMachines:
         if rows and _is_redundant(np.array([[group.delassus[*a, *b] for b in rows] for a in rows])):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
 
-    def _candidate(self, i: int, instant: Instant, slip: int) -> Candidate:
+    def _candidate(self, i: int, instant: Instant, slip: int, row: Array) -> Candidate:
         """Return a contact with its direction of slip, 0 at rest, for the solution of all together."""
         machine, static = self.machines[i], self.friction.static
+        if machine.axial and row[STATE] == State.SLIP:  # it has not stuck yet
+            static = abs(float(row[INTERCEPT]))
         push = None if machine.contact_law is None else machine.contact_law.force(instant)
         sliding = machine.slide(machine.closed_phase, instant.slip_rate if slip else 0.0, slip or 1)
         ratio = friction_ratio(sliding, instant.slip_rate) if slip else 0.0

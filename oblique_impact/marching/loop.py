@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.several import add_stretch, guard_values, slides_stretching
-from oblique_impact.contact.state import GUARDS, LOWER, STATE, UPPER, Instant, Phase, State, Surface
+from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
@@ -355,21 +355,17 @@ class Run:
         self.problem.scheme.fill_extra_state(self.prepared, self._phase, self._y, self._y[self._kept :])
         contact = self._sample(self._phase)
         guards = guard_values(self._phase, contact)
-        stretches = slides_stretching(self._phase.arrays, self._phase)
-        if stretches:
-            self._stretch(guards)
+        turned = slides_stretching(self._phase.arrays, self._phase) and self._stretch(guards)
         arm(self._phase, self._scratch, guards)
-        if stretches:
-            # where its force has jumped a contact may hold again at once
-            arrays, least = self._phase.arrays, -self._scratch.tolerances.velocity
-            states = np.array([self._phase.state]) if arrays is None else arrays.rows[:, STATE]
-            slips = (states == State.SLIP)[:, None] & np.isin(np.arange(GUARDS), (LOWER, UPPER))
-            turned = np.flatnonzero(slips.ravel() & (guards < least))
-            if turned.size:
-                self._pass_guard(int(turned[0]))
+        if turned:  # where its force has jumped a contact may hold again at once
+            self._pass_guard(turned[0])
 
-    def _stretch(self, guards: Array) -> None:
-        """Add to guards where a phase begins as :func:`~oblique_impact.marching.search.take_guards` does."""
+    def _stretch(self, guards: Array) -> list[int]:
+        """Add to guards where a phase begins as :func:`~oblique_impact.marching.search.take_guards` does.
+
+        Returns those of contacts that would slide against their own direction.
+        """
+        plain = guards.copy()
         system, phase, t, work = self.problem.system, self._phase, self._now.t, self._scratch.work
         before, after = nearby(t, self._scratch.tolerances)
         dy, spare = np.empty((2, self._y.size))
@@ -377,6 +373,7 @@ class Run:
         for at, sign in ((before, -1.0), (after, 1.0)):
             _, c = take_derivative(system, phase, at, self._y + (at - t) * dy, work, spare)
             add_stretch(phase.arrays, phase, c, sign / (after - before), guards)
+        return np.flatnonzero((guards != plain) & (guards < -self._scratch.tolerances.velocity)).tolist()
 
     def _sample(self, phase: Phase) -> Instant:
         """Store the present state as a sample; returns the contact there."""
