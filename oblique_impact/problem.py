@@ -105,8 +105,10 @@ def _requirement(name: str, s: Scenario) -> str:
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
     if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
         return 'contact.where = "point": of several contacts the built-in one decides'
-    if name in ("friction", "contact_law") and s.contact.axial_flexibility:
-        return "contact.axial_flexibility = false, which knows Coulomb's friction and an elastic stop"
+    if name in ("friction", "contact_law", "impact_law") and s.contact.axial_flexibility:
+        return "contact.axial_flexibility = false, which knows Coulomb's friction, plain stops and Newton's impact"
+    if name == "scheme" and s.contact.axial_flexibility and s.contact.normal == "rigid":
+        return 'contact.normal = "spring" with contact.axial_flexibility: the built-in scheme takes a rigid stop'
     if name == "friction" and s.solver.scheme == "time-stepping":
         return 'another solver.scheme: "time-stepping" has contact.mu_static and contact.mu_kinetic'
     if name in ("scheme", "discretization") and s.is_nodal:

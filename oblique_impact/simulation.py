@@ -162,9 +162,10 @@ def simulate_system(
     extent : tuple of float
         Ends of the slope, [first, last] (m) along it; by default it has none.
     axial_flexibility : float
-        Flexibility (m/N) without mass behind the friction, in series with it (Jenkins's element), on an
-        :class:`~oblique_impact.contact.stops.ElasticStop` without damping with
-        :class:`~oblique_impact.contact.friction.Coulomb` friction.
+        Flexibility (m/N) without mass behind the friction, in series with it (Jenkins's element), with
+        :class:`~oblique_impact.contact.friction.Coulomb` friction, on an
+        :class:`~oblique_impact.contact.stops.ElasticStop` without damping or, with events located and impacts
+        without friction, on a rigid stop.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.problem.system_scales`.
@@ -189,8 +190,11 @@ def simulate_system(
     """
     if axial_flexibility != 0.0:
         elastic = isinstance(contact_law, ElasticStop) and contact_law.damping == 0.0
-        if axial_flexibility < 0.0 or not (elastic and isinstance(friction, Coulomb)):
-            words = "should be at least 0, with an ElasticStop without damping and Coulomb friction"
+        rigid = contact_law is None and isinstance(scheme or EventScheme(), EventScheme)
+        rigid = rigid and isinstance(impact_law or NewtonImpact(), NewtonImpact)
+        if axial_flexibility < 0.0 or not ((elastic or rigid) and isinstance(friction, Coulomb)):
+            stops = "an ElasticStop without damping or, with EventScheme and NewtonImpact, a rigid stop"
+            words = f"should be at least 0, with Coulomb friction and {stops}"
             raise InputError(f"axial_flexibility = {axial_flexibility:g}: {words}")
     q0, qd0 = own_numbers(q0, (system.size,), "q0"), own_numbers(qd0, (system.size,), "qd0")
     system = _checked(system, q0, qd0)

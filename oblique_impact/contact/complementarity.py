@@ -180,7 +180,7 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
         if z[row] > 0.0:
             found[i, 0] = 0.0
     for b, i in enumerate(resting, start=k):
-        if z[b] > 0.0 or z[b + m] > 0.0:
+        if z[b] > 0.0 or z[b + m] > 0.0 or z[b + 2 * m] == 0.0:  # |slip''| <= s
             found[i, 1] = z[b + 2 * m] * (1.0 if z[b + m] > z[b] else -1.0)
     return Solution(forces, found)
 

@@ -214,7 +214,7 @@ def friction_rate(phase: Phase, c: Instant) -> float:
 @inlined
 def slip_velocity(phase: Phase, c: Instant) -> float:
     """Velocity (m/s) that friction sees while a contact slides, as its force stretches the axis."""
-    if phase.stick.compliance == 0.0:
+    if phase.stick.compliance == 0.0 or not phase.stop.compliant:  # of a rigid stop see `add_stretch`
         return c.slip_rate
     return c.slip_rate + phase.stick.compliance * friction_rate(phase, c)
 
@@ -231,19 +231,24 @@ def sliding_force(phase: Phase, c: Instant) -> Forces:
     effective = c.a_nn + ratio * c.a_nt
     if not effective > 0.0:
         return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
-    normal = (
-        -(c.gap_acceleration + phase.stabilization.damping * c.gap_rate + phase.stabilization.stiffness * c.gap)
-        / effective
-    )
+    normal = -_stabilized(phase, c) / effective
     return Forces(OK, normal, ratio * normal)
+
+
+@inlined
+def _stabilized(phase: Phase, c: Instant) -> float:
+    """Acceleration of the gap (m/s^2) that the force of a rigid stop takes up."""
+    return c.gap_acceleration + phase.stabilization.damping * c.gap_rate + phase.stabilization.stiffness * c.gap
 
 
 @jitable
 def sticking_force(phase: Phase, c: Instant) -> Forces:
     """Both forces of a contact that sticks; NO_STICKING_SOLUTION if the constraints are redundant."""
-    if phase.stick.compliance != 0.0:  # on a compliant stop
-        push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
-        return Forces(OK, push, axial_force(phase.stick, c.slip))
+    if phase.stick.compliance != 0.0:
+        hold = axial_force(phase.stick, c.slip)
+        if not phase.stop.compliant:
+            return Forces(OK, -(_stabilized(phase, c) + c.a_nt * hold) / c.a_nn, hold)
+        return Forces(OK, stop_force(phase.stop, phase.residual, c.gap, c.gap_rate), hold)
     drift = drift_of(phase.stick, c)
     return holding_force(
         phase, c, phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
@@ -263,7 +268,7 @@ def holding_force(phase: Phase, c: Instant, correction: float) -> Forces:
     determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
     if not determinant > SINGULAR * c.a_nn * c.a_tt:
         return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-    normal = c.gap_acceleration + phase.stabilization.damping * c.gap_rate + phase.stabilization.stiffness * c.gap
+    normal = _stabilized(phase, c)
     return Forces(
         OK,
         (c.a_nt * tangential - c.a_tt * normal) / determinant,

@@ -48,6 +48,7 @@ from oblique_impact.contact.state import (
     INTERCEPT,
     KEPT_SLIP,
     LAST,
+    LOWER,
     LOWEST,
     NO_CONTACT,
     NORMAL_FORCE,
@@ -62,6 +63,7 @@ from oblique_impact.contact.state import (
     STICKING,
     STIFFNESS,
     TANGENTIAL_FORCE,
+    UPPER,
     ContactArrays,
     Instant,
     Phase,
@@ -186,8 +188,6 @@ def _accelerate_coupled(
     acceleration = v.acceleration
     copy(v.free_acceleration, acceleration)
     _push_stops(arrays, phase, acceleration)
-    if not _hold_axially(arrays, acceleration):
-        return NO_STICKING_SOLUTION, flying(e)
     status = _solve_constraints(arrays, phase, acceleration)
     if status != OK:
         return status, flying(e)
@@ -293,29 +293,6 @@ def _stretch(arrays: ContactArrays, m: int) -> bool:
 
 
 @jitable
-def _hold_axially(arrays: ContactArrays, acceleration: Array) -> bool:
-    """Add the forces of contacts that stick on the axial flexibility; False if they are not determined."""
-    m = axially_held(arrays)
-    if m == 0:
-        return True
-    for k in range(m):
-        i = int(arrays.unknowns[k, 0])
-        moved = arrays.rows[i, KEPT_SLIP] - arrays.travel[i]
-        for j in range(arrays.rows.shape[0]):
-            shared = shared_flexibility(arrays.rows[i], arrays.rows[j])
-            moved -= shared * arrays.instants[j, TANGENTIAL_FORCE]  # 0 of those that stick
-        arrays.matrix[k, m] = moved
-    if not _stretch(arrays, m):
-        return False
-    for k in range(m):
-        i, force = int(arrays.unknowns[k, 0]), arrays.matrix[k, m]
-        arrays.instants[i, TANGENTIAL_FORCE] = force
-        for j in range(acceleration.shape[0]):
-            acceleration[j] += arrays.responses[i, 1, j] * force
-    return True
-
-
-@jitable
 def _yielding_to_sliding(arrays: ContactArrays, phase: Phase, i: int) -> float:
     """Rate (m/s) at which the axial flexibility yields at contact i to the friction of others that slide."""
     rate = 0.0
@@ -337,7 +314,7 @@ def yielding_at(arrays: ContactArrays | None, i: int) -> float:
 @jitable
 def take_yielding(arrays: ContactArrays | None, phase: Phase) -> None:
     """Take the rates at which the axial flexibility yields at each contact to the forces of the others."""
-    if arrays is not None:
+    if arrays is not None and phase.stop.compliant:
         _take_yielding(arrays, phase)
 
 
@@ -377,6 +354,8 @@ def _solve_constraints(arrays: ContactArrays, phase: Phase, acceleration: Array)
         i, pivot = int(unknowns[k, 0]), matrix[k, k]
         normal = unknowns[k, 1] == NORMAL_DIRECTION
         own = arrays.instants[i, A_NN] if normal else arrays.instants[i, A_TT]
+        if not normal and arrays.rows[i, COMPLIANCE] != 0.0:
+            own = arrays.rows[i, COMPLIANCE]
         if normal:
             arrays.definite[i] = pivot / own
         if not pivot > SINGULAR * own:
@@ -406,10 +385,13 @@ def _collect(arrays: ContactArrays, phase: Phase, acceleration: Array) -> int:
         if state != FREE and not phase.stop.compliant:
             unknowns[m, 0], unknowns[m, 1] = i, NORMAL_DIRECTION
             m += 1
-        if state == STICKING and arrays.rows[i, COMPLIANCE] == 0.0:
+        if state == STICKING:
             unknowns[m, 0], unknowns[m, 1] = i, TANGENTIAL_DIRECTION
             m += 1
     for k in range(m):
+        if unknowns[k, 1] == TANGENTIAL_DIRECTION and arrays.rows[int(unknowns[k, 0]), COMPLIANCE] != 0.0:
+            _hold_axially(arrays, phase, k, m)
+            continue
         i, which = int(unknowns[k, 0]), int(unknowns[k, 1])
         p, c, row = phase_of(phase, arrays, i), instant_at(arrays, i), arrays.directions[i, which]
         rate, place = c.gap_rate, c.gap
@@ -429,6 +411,61 @@ def _collect(arrays: ContactArrays, phase: Phase, acceleration: Array) -> int:
             matrix[k, column] = entry
         matrix[k, m] = -(dot(row, acceleration) + arrays.biases[i, which] + correction)
     return m
+
+
+@jitable
+def _hold_axially(arrays: ContactArrays, phase: Phase, k: int, m: int) -> None:
+    """Put the equation of unknown k into the matrix, the force of a contact that sticks on the axial flexibility.
+
+    All tangential forces together stretch the axis by what its material has been carried along.
+    """
+    i = int(arrays.unknowns[k, 0])
+    row, matrix = arrays.rows[i], arrays.matrix
+    matrix[k, m] = row[KEPT_SLIP] - arrays.travel[i]
+    for j in range(arrays.rows.shape[0]):  # of those that slide on elastic stops; others are not known yet
+        matrix[k, m] -= shared_flexibility(row, arrays.rows[j]) * arrays.instants[j, TANGENTIAL_FORCE]
+    for column in range(m):
+        j = int(arrays.unknowns[column, 0])
+        part = 1.0
+        if arrays.unknowns[column, 1] == NORMAL_DIRECTION:
+            other = phase_of(phase, arrays, j)
+            part = friction_ratio(other, arrays.instants[j, SLIP_RATE]) if other.state == SLIDING else 0.0
+        matrix[k, column] = part * shared_flexibility(row, arrays.rows[j])
+
+
+@jitable
+def add_stretch(arrays: ContactArrays | None, phase: Phase, c: Instant, times: float, guards: Array) -> None:
+    """Add what the tangential forces stretch the axis, `times` (1/s), to the slip velocities in the guards.
+
+    The difference of two instants over the time between them is the rate at which the axis yields to forces that
+    follow from accelerations, those of rigid stops.
+    """
+    for i in range(contact_count(arrays)):
+        p, stretch = contact_phase(arrays, phase, i), 0.0
+        if p.state != SLIDING:
+            continue
+        if arrays is None:
+            stretch = p.stick.compliance * c.tangential_force
+        else:
+            for j in range(arrays.rows.shape[0]):
+                shared = shared_flexibility(arrays.rows[i], arrays.rows[j])
+                stretch += shared * arrays.instants[j, TANGENTIAL_FORCE]
+        if p.friction.lower > -1e300:
+            guards[GUARDS * i + LOWER] += times * stretch
+        if p.friction.upper < 1e300:
+            guards[GUARDS * i + UPPER] -= times * stretch
+
+
+@jitable
+def slides_stretching(arrays: ContactArrays | None, phase: Phase) -> bool:
+    """Whether a contact slides on a rigid stop with axial flexibility."""
+    if phase.stop.compliant:
+        return False
+    for i in range(contact_count(arrays)):
+        p = contact_phase(arrays, phase, i)
+        if p.state == SLIDING and p.stick.compliance != 0.0:
+            return True
+    return False
 
 
 @jitable

@@ -16,15 +16,17 @@ import numpy as np
 from oblique_impact.contact.complementarity import Candidate, contact_forces, plastic_impulses
 from oblique_impact.contact.forces import friction_ratio
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import phase_of, row_of
+from oblique_impact.contact.several import phase_of, row_of, shared_flexibility
 from oblique_impact.contact.state import (
     DEFINITE,
     END,
     GUARDS,
     INTERCEPT,
+    LOWER,
     NORMAL,
     STATE,
     SWITCHED,
+    TANGENTIAL_FORCE,
     UPPER,
     VELOCITY,
     ContactArrays,
@@ -162,7 +164,7 @@ class ContactMachines:
                 touching.append(i)
         if len(touching) == 1:
             found = Change.of_one(touching[0], self.machines[touching[0]].touch(probe.of(touching[0])))
-        elif self.machines[0].axial:
+        elif self.compliant and self.machines[0].axial:
             pressed = {i: self.machines[i].pressed(probe.of(i)) for i in touching}
             found = Change(pressed, [(i, EventKind.IMPACT) for i in touching])
         elif self.compliant:
@@ -184,7 +186,8 @@ class ContactMachines:
             i, which = guard - GUARDS * len(states), SWITCHED
         own, machine = phase_of(phase, arrays, i), self.machines[i]
         others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
-        if self.compliant and (machine.stick_criterion or machine.axial):
+        arrests = machine.axial and own.state == State.SLIP and which in (LOWER, UPPER)
+        if arrests or (self.compliant and (machine.stick_criterion or machine.axial)):
             # the scheme itself distinguishes stick from slip: transitions of others come in the next steps; and no
             # force on axial flexibility jumps, so that none of another contact follows
             seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)
@@ -299,6 +302,8 @@ class ContactMachines:
         """Decide by accelerations which contacts stay closed, which stick and which way the others slip."""
         arrays, static = phase.arrays, self.friction.static
         assert arrays is not None
+        if self.machines[0].axial:
+            group = self._on_axis(arrays, contacts, group)
         slips: dict[int, int] = {}
         for i, c in zip(contacts, group.instants, strict=True):
             sticks = arrays.rows[i, STATE] == State.STICK
@@ -306,7 +311,10 @@ class ContactMachines:
             moving = abs(c.slip_rate) > still and i not in at_rest and i not in leaves
             slips[i] = leaves.get(i, _sign(c.slip_rate) if moving or static is None else 0)
         for _ in range(len(contacts) + 1):
-            candidates = [self._candidate(i, c, slips[i]) for i, c in zip(contacts, group.instants, strict=True)]
+            candidates = [
+                self._candidate(i, c, slips[i], arrays.rows[i])
+                for i, c in zip(contacts, group.instants, strict=True)
+            ]
             free = np.array([[c.gap_acceleration, c.slip_acceleration] for c in group.instants])
             solution = contact_forces(group.delassus, free, candidates)
             begun = {
@@ -320,7 +328,7 @@ class ContactMachines:
         found, kept = {}, []
         for i, c, force in zip(contacts, group.instants, solution.forces, strict=True):
             own, machine = phase_of(phase, arrays, i), self.machines[i]
-            earlier = own if own.state != State.FREE else machine.closed_phase
+            earlier = own if own.state != State.FREE else machine.opened(c.slip)
             if force[0] <= 0.0 and not self.compliant:
                 found[i] = machine.free()
                 continue
@@ -332,6 +340,27 @@ class ContactMachines:
         self._check(contacts, kept, found, group)
         return found
 
+    def _on_axis(self, arrays: ContactArrays, contacts: Sequence[int], group: Group) -> Group:
+        """Return the problem of rigid contacts with axial flexibility, whose slips are displacements at once.
+
+        Without mass the material slides until the forces, which stretch the axis, are within the cones: in the
+        place of the accelerations of slip stand the displacements, in units that leave the numbers of one size.
+        """
+        rows = arrays.rows.copy()
+        for i, c in zip(contacts, group.instants, strict=True):
+            if rows[i, STATE] == State.FREE:
+                rows[i] = row_of(stick_at(self.machines[i].opened(c.slip), c))
+        shared = np.array([[shared_flexibility(rows[i], row) for row in rows] for i in contacts])
+        unit = group.delassus[0, 0, 0, 0] / shared[0, contacts[0]]
+        # one that slides goes on, but for a cone that grows
+        held = arrays.instants[:, TANGENTIAL_FORCE] * np.where(rows[:, STATE] == State.SLIP, 1.0 + _STILL, 1.0)
+        moved, delassus = -unit * shared @ held, group.delassus.copy()
+        delassus[:, 1, :, 0], delassus[:, 1, :, 1] = 0.0, unit * shared[:, contacts]
+        instants = [
+            c._replace(slip_rate=0.0, slip_acceleration=m) for c, m in zip(group.instants, moved, strict=True)
+        ]
+        return Group(instants, delassus)
+
     def _check(
         self, contacts: Sequence[int], kept: Sequence[int], states: Mapping[int, Phase], group: Group
     ) -> None:
@@ -341,9 +370,11 @@ class ContactMachines:
         if rows and _is_redundant(np.array([[group.delassus[*a, *b] for b in rows] for a in rows])):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
 
-    def _candidate(self, i: int, instant: Instant, slip: int) -> Candidate:
+    def _candidate(self, i: int, instant: Instant, slip: int, row: Array) -> Candidate:
         """Return a contact with its direction of slip, 0 at rest, for the solution of all together."""
         machine, static = self.machines[i], self.friction.static
+        if machine.axial and row[STATE] == State.SLIP:  # it has not stuck yet
+            static = abs(float(row[INTERCEPT]))
         push = None if machine.contact_law is None else machine.contact_law.force(instant)
         sliding = machine.slide(machine.closed_phase, instant.slip_rate if slip else 0.0, slip or 1)
         ratio = friction_ratio(sliding, instant.slip_rate) if slip else 0.0

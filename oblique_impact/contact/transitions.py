@@ -19,6 +19,7 @@ from oblique_impact.contact.forces import (
     inclined,
     sliding_force,
     slip_velocity,
+    sticking_force,
 )
 from oblique_impact.contact.friction import Branch, FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
@@ -144,8 +145,8 @@ class ContactMachine:
         Whether a point of an obstacle touches the beam, see `Stick`; else a point of the beam a side.
     axial : callable, optional
         Axial flexibility (m/N) behind the friction of a contact that begins at a slip (m), and the sense of its
-        tangent, see `Stick`.  The stop is then an :class:`~oblique_impact.contact.stops.ElasticStop` without
-        damping, the friction is Coulomb's.
+        tangent, see `Stick`.  The stop is then rigid, or an :class:`~oblique_impact.contact.stops.ElasticStop`
+        without damping, the friction is Coulomb's, and impacts have none.
     """
 
     def __init__(
@@ -257,19 +258,24 @@ class ContactMachine:
 
     def pressed(self, probe: ContactProbe) -> Phase:
         """Return the state in which a contact on a compliant stop begins."""
-        opened = self.closed_phase._replace(residual=Residual(*map(float, probe.residual)))
+        opened = self.opened(probe.instant.slip)._replace(residual=Residual(*map(float, probe.residual)))
         if self.axial is not None:
             return self._pressed_axially(opened, probe.instant)
         return self.closed(inclined(opened, probe.instant), opened)
+
+    def opened(self, slip: float) -> Phase:
+        """Return the phase of a contact that begins at a slip (m), with the axial flexibility behind it."""
+        if self.axial is None:
+            return self.closed_phase
+        compliance, sense = self.axial(slip)
+        stick = self.closed_phase.stick._replace(compliance=compliance, sense=sense)
+        return self.closed_phase._replace(stick=stick)
 
     def _pressed_axially(self, opened: Phase, instant: Instant) -> Phase:
         """Return the state in which a contact on axial flexibility begins, where both its forces are zero.
 
         It sticks if the tangential force grows more slowly than the friction cone.
         """
-        assert self.axial is not None
-        compliance, sense = self.axial(instant.slip)
-        opened = opened._replace(stick=opened.stick._replace(compliance=compliance, sense=sense))
         stuck, direction = stick_at(opened, instant), _direction(instant.slip_rate)
         edge = stuck._replace(friction=Branch(-direction * stuck.stick.static, 0.0, -inf, inf))
         # one that is found pressed in has no tangential force yet, and begins well inside of its cone
@@ -279,7 +285,8 @@ class ContactMachine:
     def _turn_axially(self, phase: Phase, guard: int, instant: Instant) -> Transition:
         """Return what follows stick at the edge of the cone, and the end of slip: stick, from where it ends."""
         if phase.state == State.STICK:
-            return Transition(self.slide(phase, 0.0, -1 if guard == LOWER else 1), EventKind.SLIP)
+            following = self._slide_or_free(phase, instant._replace(slip_rate=0.0), -1 if guard == LOWER else 1)
+            return Transition(following, _kind(following, EventKind.SLIP))
         at = instant.slip + phase.stick.compliance * sliding_force(phase, instant).tangential
         return Transition(stick_at(phase, instant._replace(slip=at)), EventKind.STICK)
 
@@ -308,7 +315,10 @@ class ContactMachine:
         `contact` is an earlier phase of the same contact; `ahead` is `ContactProbe.slip_rate_ahead` if the instant
         is the present one.  Raises RunEnded (Painleve, redundant constraints) where no state exists.
         """
-        contact = contact or self.closed_phase
+        contact = contact or self.opened(instant.slip)
+        if self.axial is not None:  # a rigid stop: the spring along the beam has no force yet
+            stuck = stick_at(contact, instant)
+            return stuck if sticking_force(stuck, self._unstabilized(instant)).normal > 0.0 else self.free()
         static, rate = self.friction.static, instant.slip_rate
         if static is None:
             return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import OK
-from oblique_impact.contact.several import guards_into
 from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
@@ -40,7 +39,7 @@ from oblique_impact.marching.exponential import (
     take_exponential_step,
 )
 from oblique_impact.marching.scheme import Prepared, Scheme
-from oblique_impact.marching.search import UNDEFINED, DenseStep, first_fall
+from oblique_impact.marching.search import UNDEFINED, DenseStep, first_fall, take_guards
 
 # as in the codes of Hairer, Norsett and Wanner (Sec. II.4)
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
@@ -90,7 +89,8 @@ def _land(
         status, c, _ = take_stages(system, phase, t, y, length, 1, STAGES, K, s.work, s.y_new)
         if status != 0 or trial == _CORRECTIONS:
             return status, length
-        guards_into(phase.arrays, phase, c, s.guards.at)
+        if not take_guards(system, phase, t + length, s.y_new, K[STAGES], c, s, K[DENSE_STAGES - 2]):
+            return 0, length
         value = raised(s.guards.at[guard], guard, s.guards)
         if trial > 0 and length != last_length:
             rate = (value - last_value) / (length - last_length)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import guard_values
+from oblique_impact.contact.several import add_stretch, guard_values, slides_stretching
 from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
@@ -32,12 +32,14 @@ from oblique_impact.marching.equations import (
     STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
+    take_derivative,
 )
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
 from oblique_impact.marching.scheme import Prepared
+from oblique_impact.marching.search import nearby
 
 MAX_EVENTS = 100_000
 #: so many transitions within so much of the run are chattering
@@ -352,7 +354,26 @@ class Run:
         # what a scheme keeps ends with a phase
         self.problem.scheme.fill_extra_state(self.prepared, self._phase, self._y, self._y[self._kept :])
         contact = self._sample(self._phase)
-        arm(self._phase, self._scratch, guard_values(self._phase, contact))
+        guards = guard_values(self._phase, contact)
+        turned = slides_stretching(self._phase.arrays, self._phase) and self._stretch(guards)
+        arm(self._phase, self._scratch, guards)
+        if turned:  # where its force has jumped a contact may hold again at once
+            self._pass_guard(turned[0])
+
+    def _stretch(self, guards: Array) -> list[int]:
+        """Add to guards where a phase begins as :func:`~oblique_impact.marching.search.take_guards` does.
+
+        Returns those of contacts that would slide against their own direction.
+        """
+        plain = guards.copy()
+        system, phase, t, work = self.problem.system, self._phase, self._now.t, self._scratch.work
+        before, after = nearby(t, self._scratch.tolerances)
+        dy, spare = np.empty((2, self._y.size))
+        take_derivative(system, phase, t, self._y, work, dy)
+        for at, sign in ((before, -1.0), (after, 1.0)):
+            _, c = take_derivative(system, phase, at, self._y + (at - t) * dy, work, spare)
+            add_stretch(phase.arrays, phase, c, sign / (after - before), guards)
+        return np.flatnonzero((guards != plain) & (guards < -self._scratch.tolerances.velocity)).tolist()
 
     def _sample(self, phase: Phase) -> Instant:
         """Store the present state as a sample; returns the contact there."""

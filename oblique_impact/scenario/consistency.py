@@ -163,9 +163,11 @@ def _of_axial_flexibility(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.axial_flexibility", "the beam in absolute coordinates stretches itself; leave this key out"
     if c.friction != "hybrid":
         yield "contact.friction", f'should be "hybrid" {behind}'
-    if c.normal == "rigid" and s.solver.scheme != "time-stepping":
-        rigid = 'a rigid stop takes it with solver.scheme = "time-stepping"'
+    if c.normal == "rigid" and s.solver.scheme not in ("event", "time-stepping"):
+        rigid = 'a rigid stop takes it with solver.scheme = "event" or "time-stepping"'
         yield "contact.normal", f'should be "spring" {behind}; {rigid}'
+    if c.impact == "routh" and s.solver.scheme == "event":
+        yield "contact.impact", f'should be "newton" {behind}: its spring does not move in an impact'
     if c.point_inertia == "none":
         yield "contact.point_inertia", f'should be "kept" {behind}'
     if c.damping > 0.0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -92,6 +94,34 @@ def test_the_tip_of_all_nodes_sticks_as_that_of_all_modes():
     assert [e.kind.value for e in modes.events].count("stick") == 4
     assert [e.time for e in nodes.events] == pytest.approx([e.time for e in modes.events], abs=1e-6)
     assert modes.summary["energy"]["unaccounted"] == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("pegs", "at", "most", "kinds"),
+    [
+        (PEG, 0.3718, 0.05, {"impact": 1, "slip": 1}),
+        (BOTH, 0.382, 2e-4, {"impact": 4, "rebound": 1, "slip": 2, "release": 1}),
+    ],
+    ids=["one", "two"],
+)
+def test_on_rigid_pegs_the_event_scheme_is_the_limit_of_time_stepping(pegs, at, most, kinds):
+    """Impacts leave contacts stuck and unstretched; one that is pressed less and less slips before it opens.
+
+    The force along the beam is compared where it falls, and one as the other grows.
+    """
+    keys = "end_time=0.37205" if pegs == PEG else "end_time=0.3821", "solver.output_interval=1e-4"
+    located = run(*FLEXIBLE, *keys, obstacles=pegs)
+    assert Counter(e.kind.value for e in located.events) == kinds
+    assert all(e.tangential_impulse == 0.0 for e in located.events if e.kind.impulsive)
+    assert abs(located.summary["energy"]["unaccounted"]) < 1e-12
+    forces = []
+    flights = *STEPS, *keys, "solver.free_step=1e-5"
+    for step in (0.0, 2e-6, 1e-6):
+        found = run(*flights, f"solver.contact_step={step}", obstacles=pegs) if step else located
+        forces.append(found["contact_lambda_tau"].values[np.argmin(np.abs(found["time"].values - at)), -1])
+    errors = np.abs(np.array(forces[1:]) / forces[0] - 1.0)
+    assert errors[1] < most
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
 
 
 @pytest.mark.parametrize("pegs", [PEG, BOTH], ids=["one", "two"])

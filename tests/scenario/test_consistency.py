@@ -63,9 +63,10 @@ REFUSED = [
     ("contact.friction", f"{FLEXIBLE} contact.friction=modified-coulomb", 'should be "hybrid"'),
     (
         "contact.normal",
-        "contact.axial_flexibility=true",
-        'a rigid stop takes it with solver.scheme = "time-stepping"',
+        "contact.axial_flexibility=true solver.scheme=fixed-step",
+        'a rigid stop takes it with solver.scheme = "event" or "time-stepping"',
     ),
+    ("contact.impact", "contact.axial_flexibility=true contact.impact=routh", 'should be "newton"'),
     ("contact.damping", f"{FLEXIBLE} contact.damping=0.1", "should be 0"),
     ("contact.residual_flexibility", f"{FLEXIBLE} beam.kelvin_voigt=1e-5", "should be false"),
     ("solver.stick", f"{FLEXIBLE} solver.scheme=fixed-step solver.stick=force", 'should be "arrest"'),
