@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact.beam.frequencies import natural_frequencies
+from oblique_impact.errors import InputError
 from oblique_impact.renders.files import save_figure
 from oblique_impact.renders.style import GREY, SERIES, figure_style
 from oblique_impact.scenario.scenario import Scenario
@@ -38,7 +39,7 @@ def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, ou
     Raises
     ------
     InputError
-        If it cannot be written.
+        If all speeds are 0, or it cannot be written.
 
     Examples
     --------
@@ -47,7 +48,11 @@ def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, ou
     >>> campbell_diagram(Scenario.builtin("spin-up"), [0.0, 6.0], 3, "campbell.png")  # doctest: +SKIP
     """
     marked = sorted({abs(speed) for speed in speeds})
-    top = marked[-1] or 1.0
+    top = marked[-1]
+    if top == 0.0:
+        raise InputError(
+            "speeds: a Campbell diagram goes from rest to the largest of them; give one above 0 rad/s"
+        )
     rates = np.linspace(0.0, top, _POINTS)
     found = natural_frequencies(scenario, rates.tolist(), count)
     with figure_style():

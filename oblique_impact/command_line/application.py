@@ -43,7 +43,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
 
 def application() -> Any:
     """Return the command of the whole program; each of its commands takes --version."""
-    about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
+    about = "A flexible beam on a pin, a hub or a driven root strikes slopes, tables, corners and pegs."
     app = typer.Typer(name="oblique-impact", help=about, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.callback()(_program)
     for name, command in COMMANDS.items():

@@ -38,11 +38,13 @@ def modes(
         prepare_folder(out.parent if out.suffix else out)
     with counting_bar("frequencies"):
         found = natural_frequencies(chosen, rates, count)
-    print_result(_lines(found), found.to_dict(), as_json)
     if out is not None:
         from oblique_impact.renders.campbell import campbell_diagram
 
-        print_note(f"Campbell diagram: {campbell_diagram(chosen, rates, found.flapwise.shape[1], out)}")
+        out = campbell_diagram(chosen, rates, found.flapwise.shape[1], out)
+    print_result(_lines(found), found.to_dict(), as_json)
+    if out is not None:
+        print_note(f"Campbell diagram: {out}")
 
 
 def _speeds(text: str) -> list[float]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from oblique_impact import Scenario, natural_frequencies, simulate
+from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders import campbell, overview
 from oblique_impact.renders.charts import Chart, Curve, energy_curves, force_curves, round_times
@@ -255,3 +255,8 @@ def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch
     k = int(np.flatnonzero(history["time"].values == page.arrays["time"][frame])[0])
     places = [place for place, *_ in closed_at(history, k)]
     assert page.texts["touched_text"][frame] == f"{places[0]:.3f} to {places[-1]:.3f} m"
+
+
+def test_a_campbell_diagram_needs_a_spin_rate(tmp_path):
+    with pytest.raises(InputError, match="speeds: .* above 0"):
+        campbell.campbell_diagram(Scenario.builtin("spin-up"), [0.0], 1, tmp_path)

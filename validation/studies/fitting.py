@@ -689,14 +689,33 @@ def report(result: FitResult, name: str = "scenario") -> Report:
         ],
         sections=[
             Section("Data and fit", pictures),
-            Section("Correlation", [Table.of_frame(correlation, "Of logarithms where keys are positive.", 3)]),
+            Section(
+                "Correlation",
+                [
+                    Table.of_frame(
+                        correlation, "Of logarithms where keys are positive.", 3, columns=_as_they_are(correlation)
+                    )
+                ],
+            ),
             *parameters({Path(name).name: result.scenario}, "The fitted scenario."),
-            Section("Starts", [Table.of_frame(result.starts, "Of keys, from where to where.")]),
+            Section(
+                "Starts",
+                [
+                    Table.of_frame(
+                        result.starts, "Of keys, from where to where.", columns=_as_they_are(result.starts)
+                    )
+                ],
+            ),
             Section(
                 "How it is found", [Text(" ".join(part.split())) for part in (__doc__ or "").split("\n\n")[1:]]
             ),
         ],
     )
+
+
+def _as_they_are(frame: pd.DataFrame) -> dict[str, str]:
+    """Return the headings of a table whose columns are keys."""
+    return {name: name for name in frame}
 
 
 def _series_picture(data: pd.DataFrame) -> Picture:
