@@ -237,7 +237,7 @@ class ContactMachine:
             return Transition(self.below(), None, at_end=AtEnd.FALLS_PAST)
         if self.contact_law is not None:
             return Transition(self.pressed(probe), EventKind.IMPACT)
-        if probe.instant.gap_rate >= -self.tolerances.velocity:
+        if self._grazes(probe.instant):
             phase = self.closed(probe.instant, ahead=probe.slip_rate_ahead)
             return Transition(phase, None if phase.state == State.FREE else EventKind.IMPACT)
         restitution = self.impact_law.restitution
@@ -255,6 +255,14 @@ class ContactMachine:
             return Transition(sliding, EventKind.IMPACT, impulse, failure=ended.outcome)
         kind = EventKind.REBOUND if phase.state == State.FREE else EventKind.IMPACT
         return Transition(phase, kind, impulse)
+
+    def _grazes(self, instant: Instant) -> bool:
+        """Whether a gap closes without speed, or opens again a thousandth of its tolerance below 0 or before.
+
+        A point that moves along the slope at the bottom of its circle has no lever arm that an impulse could use.
+        """
+        depth = 2e-3 * self.tolerances.gap * instant.gap_acceleration
+        return instant.gap_rate >= -self.tolerances.velocity or instant.gap_rate**2 <= depth
 
     def pressed(self, probe: ContactProbe) -> Phase:
         """Return the state in which a contact on a compliant stop begins."""

@@ -131,3 +131,19 @@ def test_many_random_nodal_scenarios(scenario):
 @given(scenario=scenarios())
 def test_many_random_scenarios(scenario):
     check(scenario)
+
+
+def test_a_place_that_grazes_the_slope_at_the_bottom_of_its_circle_goes_on():
+    """It has no lever arm there, so that no impulse could change its speed along the normal."""
+    keys = [
+        "gravity=0",
+        "initial.angle=0",
+        "initial.angular_velocity=-5",
+        "slope.origin=[0,-0.5]",
+        "slope.angle=0",
+    ]
+    grazing = Scenario.builtin("paper", [*keys, "contact.point=0.5", "end_time=0.5", "discretization.modes=1"])
+    history = simulate(grazing)
+    assert history.outcome is Outcome.COMPLETED
+    assert not history.events
+    assert float(history["theta"][-1]) == pytest.approx(-2.5, abs=1e-10)

@@ -258,5 +258,5 @@ def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch
 
 
 def test_a_campbell_diagram_needs_a_spin_rate(tmp_path):
-    with pytest.raises(InputError, match="speeds: .* above 0"):
+    with pytest.raises(InputError, match=r"speeds: .* above 0"):
         campbell.campbell_diagram(Scenario.builtin("spin-up"), [0.0], 1, tmp_path)
