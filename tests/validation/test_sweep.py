@@ -127,7 +127,7 @@ def test_blocks_are_combined_with_the_last_one_fastest():
 BAD = {
     "nothing to sweep": ('scenario = "paper"', "[[axes]]"),
     "unknown key of the file": (axis("gravity", also='titel = "x"'), "title, description"),
-    "unknown scenario key": (axis("contact.mu"), "contact.mu_static"),
+    "unknown scenario key": (axis("contact.mu"), "mu_static"),
     "out of bounds": (axis("beam.length", "values = [-1.0]"), "beam.length = -1.0"),
     "values and range": (axis("gravity", "values = [1]\nrange = [1, 2]\ncount = 2"), "not both"),
     "no such unit": (axis("beam.length", 'values = ["1 s"]'), "axes.0.beam.length = '1 s'"),

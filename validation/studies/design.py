@@ -47,10 +47,10 @@ def check_keys(keys: Iterable[str], where: str) -> None:
     """Raise InputError for the first that is no key of a scenario."""
     for key in keys:
         if schema_of(key) is None:
-            inside = [known for known in key_schemas() if known.startswith(f"{key.rpartition('.')[0]}.")]
-            meant = did_you_mean(key, key_schemas())
-            words = f"known here: {', '.join(inside) or 'those of a scenario file'}{meant}"
-            raise refused(where, key, f"not a key of a scenario; {words}")
+            section = f"{key.rpartition('.')[0]}."
+            inside = [known.removeprefix(section) for known in key_schemas() if known.startswith(section)]
+            words = f"[{section[:-1]}] has {', '.join(inside)}" if inside else "known are those of a scenario file"
+            raise refused(where, key, f"not a key of a scenario; {words}{did_you_mean(key, key_schemas())}")
 
 
 def si_value(key: str, value: Any) -> Any:
