@@ -53,7 +53,7 @@ FOLLOWERS = (
 
 def _with_derived(schema: dict[str, Any]) -> None:
     """Add the table of derived values of resolved files to the schema, which has the meanings of keys itself."""
-    schema["description"] = schema["description"].partition("\n\n")[0]
+    schema["description"] = str(Scenario.__doc__).partition("\n\n")[0]
     names = {name: {"description": "of a resolved file: follows other keys"} for name in FOLLOWERS}
     schema["properties"][DERIVED] = {"type": "object", "properties": names, "additionalProperties": False}
 
