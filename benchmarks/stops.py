@@ -1,6 +1,6 @@
 """The shipped sweep `stops`: the 800 steady responses behind a picture of the gallery.
 
-    python benchmarks/stops.py        two minutes on two cores: 230 s of processor time
+    python benchmarks/stops.py        136 s on two cores: 230 s of processor time
 
 Numbers are kept in docs/stops.csv; examples/plot_stops.py draws them.
 """

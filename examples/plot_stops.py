@@ -4,7 +4,7 @@ A strip between stops
 
 A clamped steel strip on a shaken base, 2 mm from one stop or between two: its steady response at 200 frequencies,
 up and down, each from the state in which the one before has ended. This is the shipped sweep ``stops``; its
-numbers are kept beside this page, and ``benchmarks/stops.py`` computes them in two minutes on two cores.
+numbers are kept beside this page; ``benchmarks/stops.py`` computes them in two minutes and a quarter on two cores.
 """
 
 from pathlib import Path
