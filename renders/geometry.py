@@ -189,7 +189,7 @@ class BeamGeometry:
 
     @property
     def outer_point(self) -> str:
-        """What the line from the root, about which deflections are magnified, goes to: in words."""
+        """Name of the far end of the chord, the line from the root about which deflections are magnified."""
         at_tip = self.touch == self.stations.size - 1
         return "tip" if at_tip and not self.scenario.contact.enabled else "contact point"
 
@@ -200,7 +200,7 @@ class BeamGeometry:
 
     @property
     def inner_point(self) -> str:
-        """What that line comes from."""
+        """Name of the near end of the chord."""
         return "root" if self.scenario.root.kind == "driven" else "pin"
 
     @cached_property

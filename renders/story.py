@@ -140,7 +140,7 @@ class Story:
 
     @property
     def magnified(self) -> list[str]:
-        """What is drawn larger than it is in ever shorter words; none if nothing is."""
+        """Notes on magnified deflections and thickness, the longest wording first; empty if true to scale."""
         thicker = f"thickness ×{self.thickness:g}" if self.thickness > 1.0 else ""
         if self.factor == 1.0:
             return [thicker] if thicker else []

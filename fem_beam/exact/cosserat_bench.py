@@ -58,7 +58,8 @@ class ExactBeamSolver:
     def run(self, scenario: Scenario, *, n_elements: int, n_frames: int) -> Trajectory:
         """March a case, or find its equilibrium where that is what it asks for.
 
-        Raises NotImplementedError for a case that is not of this kind, Diverged where iterations do not converge.
+        Raises NotImplementedError, by which the benchmark knows an unsupported case, for one that is not of this
+        kind, and Diverged where iterations do not converge.
         """
         if len(scenario.rods) > 1 or scenario.obstacles:
             raise NotImplementedError("several rods, or obstacles")
