@@ -70,8 +70,8 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
                 left, top + 0.6 * margin, state.name, STATE, style.colours.states[state], weight="bold"
             )
             left += sheet.width_of(name) + 20.0 * unit
-            force = float(np.linalg.norm(geometry.contact_force(k)))
-            notes = [geometry.beside(k), f"contact force {force:.0f} N" if force > 0.5 and style.arrow else ""]
+            force = geometry.force_text(float(np.linalg.norm(geometry.contact_force(k))))
+            notes = [geometry.beside(k), f"contact force {force}" if force and style.arrow else ""]
             if not story.overlay and len(story.geometries) == 1:
                 beside = sheet.write(left, top + 0.6 * margin + 0.8 * row.pixels(STATE), "", LINE, va="baseline")
                 sheet.fit(beside, [", ".join(filter(None, notes))], width - left - margin)

@@ -200,10 +200,8 @@ class Composer:
             words[f"rate {number}"] = ("" if rate is None else rate_text(rate), theme.dim)
         geometry = self.story.geometries[0]
         k = geometry.index(time)
-        force = float(np.linalg.norm(geometry.pushes(k), axis=1)[geometry.close_contact(k)])
-        known = f"{force:.0f}" if force >= 100.0 else f"{force:#.3g}"
-        pushes = force > 1e-3 * geometry.peak_force
-        words["force"] = (f"{self._force}{known} N", theme.arrow) if pushes else ("no contact force", theme.dim)
+        force = geometry.force_text(float(np.linalg.norm(geometry.pushes(k)[geometry.close_contact(k)])))
+        words["force"] = (f"{self._force}{force}", theme.arrow) if force else ("no contact force", theme.dim)
         gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
         # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility
         words["gap"] = (f"gap {gap} mm" + (f", drawn {drawn}" if drawn != gap else ""), theme.dim)

@@ -331,6 +331,12 @@ class BeamGeometry:
         size = np.hypot(*(self.values(name) for name in names))
         return float(np.max(size[size < np.finfo(np.float32).max], initial=0.0))
 
+    def force_text(self, force: float) -> str:
+        """Return a contact force (N) with three digits, or all whole ones; empty if it is small in this run."""
+        if not force > 1e-3 * self.peak_force:
+            return ""
+        return f"{force:.0f} N" if force >= 100.0 else f"{force:#.3g} N"
+
     def gap(self, k: float) -> float:
         """Return the gap (m) of the contact point itself at sample k, see `contact_gap`."""
         return float(_between(self._gap, k))
