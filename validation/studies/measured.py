@@ -30,13 +30,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
-from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import read_text
+from oblique_impact.history.axis_motion import SENSORS, sensor_reading
 from oblique_impact.history.history import History
-from oblique_impact.history.sample_times import last_sample, pieces
+from oblique_impact.history.interpolation import series_at
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.units import Unit
@@ -44,8 +43,6 @@ from oblique_impact.validation.studies.quantities import VARIABLES, GapError, qu
 
 Array = NDArray[np.float64]
 
-#: units of series at a place along the beam
-ALONG = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "strain": "1"}
 _TIME, _SPREAD = "time", "+-"
 _HEADING = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\[\]]*)\])?\s*")
 
@@ -162,10 +159,10 @@ def _quantity(name: str, series: bool, scenario: Scenario) -> tuple[str, Callabl
             raise InputError(f"column {words}; a column time makes the others series") from None
         return asked.unit, lambda history, times: np.full(times.size, asked.measure(history))
     if name in VARIABLES:
-        return VARIABLES[name][0], lambda history, times: _over_time(history, _variable(history, name), times)
-    kind, at, place = name.partition("@")
-    if kind not in ALONG or not at:
-        known = [*(f"{kind}@PLACE" for kind in ALONG), *VARIABLES]
+        return VARIABLES[name][0], lambda history, times: _variable_at(history, name, times)
+    sensor, at, place = name.partition("@")
+    if sensor not in SENSORS or not at:
+        known = [*(f"{sensor}@PLACE" for sensor in SENSORS), *VARIABLES]
         raise InputError(f"column {name}: known over time are {', '.join(known)}{did_you_mean(name, known)}")
     try:
         x = Unit("m").to_si(place)
@@ -173,63 +170,24 @@ def _quantity(name: str, series: bool, scenario: Scenario) -> tuple[str, Callabl
         x = math.nan
     if not 0.0 <= x <= scenario.beam.length:
         raise InputError(
-            f"column {name}: the place should be from 0 to {scenario.beam.length:g} m, as {kind}@0.1 m"
+            f"column {name}: the place should be from 0 to {scenario.beam.length:g} m, as {sensor}@0.1 m"
         )
-    return ALONG[kind], lambda history, times: along_beam(history, kind, x, times)
+    return SENSORS[sensor], lambda history, times: _sensor_at(history, sensor, x, times)
 
 
-# --- what a run says
+def _sensor_at(history: History, sensor: str, place: float, times: Array) -> Array:
+    _require_reached(history, times)
+    return sensor_reading(history, sensor, place, times)
 
 
-def along_beam(history: History, kind: str, place: float, times: Array) -> Array:
-    """Return one of the series `ALONG` of a run at a place (m) and times (n,) in s; raises GapError.
-
-    Between stations along the beam by a spline of degree 5, between samples by cubics, never across a jump.
-    """
-    scenario, x = history.scenario, history["station"].values
-    assert scenario is not None
-    basis = make_interp_spline(x, np.eye(x.size), k=5)
-    at, turned, curved = (basis(place, order) for order in range(3))
-    if kind == "strain":
-        # from the moment, which converges where curvatures of shape functions do not; its part by damping is taken
-        # off with their rate
-        sections = Sections.from_scenario(scenario)
-        strain = history.section_forces()["moment"].values @ at / float(sections.bending_stiffness(place))
-        strain -= scenario.beam.kelvin_voigt * history["uy_dot"].values @ curved
-        return _over_time(history, float(sections.fibre_distance(place)) * strain, times)
-    theta, spin = history["theta"].values, history["theta_dot"].values
-    ux, uy, ux_dot, uy_dot = (history[name].values @ at for name in ("ux", "uy", "ux_dot", "uy_dot"))
-    arm, turn = scenario.root.hub_radius + place + ux + 1j * uy, np.exp(1j * theta)
-    point, velocity = turn * arm, turn * (ux_dot + 1j * uy_dot + 1j * spin * arm)
-    across = np.exp(-1j * scenario.initial.angle)
-    if kind == "displacement":
-        return _over_time(history, (across * (point - point[0])).imag, times, (across * velocity).imag)
-    if kind == "velocity":
-        return _over_time(history, (across * velocity).imag, times)
-    x_rate, y_rate = (_over_time(history, part, times, order=1) for part in (velocity.real, velocity.imag))
-    direction = _over_time(history, theta + history["uy"].values @ turned, times)
-    return np.asarray(y_rate * np.cos(direction) - x_rate * np.sin(direction))
+def _variable_at(history: History, name: str, times: Array) -> Array:
+    _require_reached(history, times)
+    values = history.total_energy if name == "energy" else history[name]
+    return series_at(history["time"].values, np.asarray(values.values, dtype=float), times)
 
 
-def _variable(history: History, name: str) -> Array:
-    return np.asarray((history.total_energy if name == "energy" else history[name]).values, dtype=float)
-
-
-def _over_time(history: History, values: Array, times: Array, rates: Array | None = None, order: int = 0) -> Array:
-    """Return samples, or a derivative of them, at times (n,) in s; raises GapError beyond the end of the run."""
-    at = history["time"].values
-    if times.max() > at[-1] and history.outcome is not Outcome.COMPLETED:
-        raise GapError(f"ended at {at[-1]:.4g} s: {history.outcome.label}")
-    found, sample = np.empty(times.size), last_sample(at, times)
-    for piece in pieces(at):
-        here = (sample >= piece[0]) & (sample <= piece[-1])
-        if not here.any():
-            continue
-        if piece.size == 1:
-            found[here] = values[piece[0]] if order == 0 else 0.0
-        elif rates is None:
-            spline = make_interp_spline(at[piece], values[piece], k=min(3, piece.size - 1))
-            found[here] = spline(times[here], order)
-        else:
-            found[here] = CubicHermiteSpline(at[piece], values[piece], rates[piece])(times[here])
-    return found
+def _require_reached(history: History, times: Array) -> None:
+    """Raise GapError for times beyond the end of a run."""
+    end = history["time"].values[-1]
+    if times.max() > end and history.outcome is not Outcome.COMPLETED:
+        raise GapError(f"ended at {end:.4g} s: {history.outcome.label}")
