@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
     from oblique_impact.validation.studies.design import SweepFile as SweepFile
     from oblique_impact.validation.studies.design import TableSection as TableSection
-    from oblique_impact.validation.studies.fitting import FitResult as FitResult
-    from oblique_impact.validation.studies.fitting import fit as fit
+    from oblique_impact.validation.studies.fitting.fit import FitResult as FitResult
+    from oblique_impact.validation.studies.fitting.fit import fit as fit
     from oblique_impact.validation.studies.periodic import PeriodicSection as PeriodicSection
     from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
     from oblique_impact.validation.studies.predictability import Predictability as Predictability
@@ -51,7 +51,7 @@ _MODULES = {
     "paper.command": ("Reproduction", "reproduce"),
     "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
     "studies.periodic": ("PeriodicSection", "periodic_response"),
-    "studies.fitting": ("FitResult", "fit"),
+    "studies.fitting.fit": ("FitResult", "fit"),
     "studies.predictability": ("Predictability", "predictability"),
     "studies.quantities": ("quantity_table",),
     "studies.refinement": ("StudyResult", "refine"),

@@ -28,17 +28,20 @@ SENSORS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "str
 
 def axis_places(scenario: Scenario, variables: Variables) -> NDArray[np.complex128]:
     """Return the places x + i y (m) of the stations, (..., stations), from variables of a history at any times."""
-    theta, station, ux, uy = (np.asarray(variables[name]) for name in ("theta", "station", "ux", "uy"))
-    return np.asarray(np.exp(1j * theta)[..., None] * (scenario.root.hub_radius + station + ux + 1j * uy))
+    return np.exp(1j * np.asarray(variables["theta"]))[..., None] * _from_root(scenario, variables)
 
 
 def axis_velocities(scenario: Scenario, variables: Variables) -> NDArray[np.complex128]:
     """Return the velocities (m/s) of the stations, (..., stations), from variables of a history at any times."""
-    theta, spin, ux_dot, uy_dot = (
-        np.asarray(variables[name]) for name in ("theta", "theta_dot", "ux_dot", "uy_dot")
-    )
-    in_the_frame = np.exp(1j * theta)[..., None] * (ux_dot + 1j * uy_dot)
-    return np.asarray(in_the_frame + 1j * spin[..., None] * axis_places(scenario, variables))
+    theta, spin = (np.asarray(variables[name])[..., None] for name in ("theta", "theta_dot"))
+    rates = np.asarray(variables["ux_dot"]) + 1j * np.asarray(variables["uy_dot"])
+    return np.asarray(np.exp(1j * theta) * (rates + 1j * spin * _from_root(scenario, variables)))
+
+
+def _from_root(scenario: Scenario, variables: Variables) -> NDArray[np.complex128]:
+    """Return the places in the floating frame, (..., stations)."""
+    station, ux, uy = (np.asarray(variables[name]) for name in ("station", "ux", "uy"))
+    return np.asarray(scenario.root.hub_radius + station + ux + 1j * uy)
 
 
 def sensor_reading(history: History, sensor: str, place: float, times: Array) -> Array:
@@ -63,9 +66,12 @@ def sensor_reading(history: History, sensor: str, place: float, times: Array) ->
         strain = history.section_forces()["moment"].values @ here / float(sections.bending_stiffness(place))
         strain -= scenario.beam.kelvin_voigt * data["uy_dot"].values @ curvature
         return series_at(sampled, float(sections.fibre_distance(place)) * strain, times)
-    across, velocity = np.exp(-1j * scenario.initial.angle), axis_velocities(scenario, data) @ here
+    # the axis with one station, which is the place
+    variables = {name: (data[name].values @ here)[:, None] for name in ("ux", "uy", "ux_dot", "uy_dot")}
+    variables |= {"station": place, "theta": data["theta"].values, "theta_dot": data["theta_dot"].values}
+    point, velocity = (motion(scenario, variables)[:, 0] for motion in (axis_places, axis_velocities))
+    across = np.exp(-1j * scenario.initial.angle)
     if sensor == "displacement":
-        point = axis_places(scenario, data) @ here
         return series_at(sampled, (across * (point - point[0])).imag, times, (across * velocity).imag)
     if sensor == "velocity":
         return series_at(sampled, (across * velocity).imag, times)

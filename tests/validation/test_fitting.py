@@ -87,6 +87,9 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
         # both starts end there
         ends = [start[f"{key} to"] for start in found["starts"]]
         assert ends == pytest.approx([rows[key]["value"]] * 2, rel=1e-2)
+    assert [start["sum_of_squares"] for start in found["starts"]] == pytest.approx(
+        [found["sum_of_squares"]] * 2, rel=1e-3
+    )
     assert rows["contact.mu_static"] == {**rows["contact.mu_static"], "value": 0.3, "low": None, "high": None}
     residuals = pd.read_csv(out / "results.csv")
     # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
@@ -133,7 +136,7 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
         assert math.log(end / row.value) == pytest.approx(
             math.log(stiffness(times.mean() + moved) / stiffness(times.mean())), rel=3e-2
         )
-    assert result.squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
+    assert result.sum_of_squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
 
 
 def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
@@ -159,7 +162,7 @@ def test_a_damping_that_is_not_there_gets_an_upper_end(tmp_path, exact):
     stiff = STRIP.replace(contact__damping=high)
     off = sensor_reading(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise
     off /= result.data["deviation"].to_numpy()
-    assert np.sum(off**2) - result.squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
+    assert np.sum(off**2) - result.sum_of_squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
 
 
 # --- sensors
