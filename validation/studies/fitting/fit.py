@@ -43,39 +43,27 @@ _DRAWN, _LISTED = 8, 200
 
 @dataclass(frozen=True, repr=False)
 class FitResult:
-    """Keys that fit measured data.
+    """Keys that fit measured data."""
 
-    Attributes
-    ----------
-    scenario : Scenario
-        The fitted one.
-    keys : pandas.DataFrame
-        A row for each: `key`, `unit`, `start`, `value`, `low` and `high` of the 95 % interval (infinite or 0 where
-        it is open, NaN of a key without effect), `interval`, which is "Jacobian", "profile" or "no effect".
-    data : pandas.DataFrame
-        A row for each value: `column`, `unit`, `time` (s), `measured`, `deviation`, `fitted`, `residual` (measured
-        less fitted, over the deviation).
-    correlation : pandas.DataFrame
-        Of the keys with an effect (of their logarithms, where positive).
-    starts : pandas.DataFrame
-        A row for each start: where it began, where it ended, and `sum_of_squares` there, infinite where no run has
-        all that was measured.
-    sum_of_squares, degrees_of_freedom : float, int
-        Of the residuals over their deviations, which are the same for all starts.
-    warnings : tuple of str
-        What stands against the result, and warnings of the fitted run.
-    seconds : float
-        Wall time (s).
-    """
-
+    #: the fitted one
     scenario: Scenario
+    #: a row for each: `key`, `unit`, `start`, `value`, `low` and `high` of the 95 % interval (infinite or 0 where
+    #: it is open, NaN of a key without effect), `interval`, which is "Jacobian", "profile" or "no effect"
     keys: pd.DataFrame
+    #: a row for each value: `column`, `unit`, `time` (s), `measured`, `deviation`, `fitted`, `residual` (measured
+    #: less fitted, over the deviation)
     data: pd.DataFrame
+    #: of the keys with an effect (of their logarithms, where positive)
     correlation: pd.DataFrame
+    #: a row for each start: where it began, where it ended, and `sum_of_squares` there, infinite where no run has
+    #: all that was measured
     starts: pd.DataFrame
+    #: of the residuals over their deviations, which are the same for all starts
     sum_of_squares: float
     degrees_of_freedom: int
+    #: what stands against the result, and warnings of the fitted run
     warnings: tuple[str, ...]
+    #: wall time (s)
     seconds: float
 
     def __repr__(self) -> str:

@@ -10,7 +10,7 @@ Nonlinear Regression Analysis, 1988, Sec. 6.1).
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -78,7 +78,7 @@ def find_intervals(
     quantile = float(norm.ppf(0.975) if given else t.ppf(0.975, freedom))
     _, s, Vt = np.linalg.svd(J[:, free], full_matrices=False)
     covariance = Vt.T / np.maximum(s, 1e-12 * s.max(initial=1.0)) ** 2 @ Vt
-    errors, found, ends = np.sqrt(np.diag(covariance)), [Interval()] * count, list[_End]()
+    errors, found, ends = np.sqrt(np.diag(covariance)), [Interval()] * count, list[tuple[int, float]]()
     for k, error in zip(free, errors.tolist(), strict=True):
         wider = problem.derivative(best.u, k, min(max(error, 2.0 * problem.step), _WIDE))
         bent = float(np.linalg.norm(wider - J[:, k]) / np.linalg.norm(J[:, k]))
@@ -86,13 +86,14 @@ def find_intervals(
         low, high = best.u[k] - reach, best.u[k] + reach
         if reach > _WIDE or bent > _BENT or not lowest < low < high < highest:
             found[k] = Interval(kind="profile", bent=bent)
-            ends += [_End(problem, best, free, covariance, quantile, k, side) for side in (-1.0, 1.0)]
+            ends += [(k, -1.0), (k, 1.0)]
         else:
             found[k] = Interval(low, high, "Jacobian", bent)
-    names = [problem.parameters[end.key].label for end in ends]
-    profiled = map_parallel(_profile_end, ends, workers, on_progress, names)
-    for end, low, high in zip(ends[::2], profiled[::2], profiled[1::2], strict=True):
-        found[end.key] = found[end.key]._replace(low=low, high=high)
+    profile_end = partial(_profile_end, problem, best, free, covariance, quantile)
+    names = [problem.parameters[k].label for k, _ in ends]
+    profiled = map_parallel(profile_end, ends, workers, on_progress, names)
+    for (k, _), low, high in zip(ends[::2], profiled[::2], profiled[1::2], strict=True):
+        found[k] = found[k]._replace(low=low, high=high)
     labels = [problem.parameters[k].label for k in free]
     correlation = pd.DataFrame(covariance / np.outer(errors, errors), labels, labels)
     return Determined(best, found, correlation, freedom)
@@ -112,22 +113,14 @@ def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Soluti
     return best, free
 
 
-class _End(NamedTuple):
-    """An end of a profile."""
+def _profile_end(
+    problem: Problem, best: Solution, free: list[int], covariance: Array, quantile: float, end: tuple[int, float]
+) -> float:
+    """Return the coordinate where the least sum of squares has grown by t^2; infinite if that is beyond reach.
 
-    problem: Problem
-    best: Solution
-    #: keys with an effect, and their covariance
-    free: list[int]
-    covariance: Array
-    quantile: float
-    key: int
-    side: float
-
-
-def _profile_end(end: _End) -> float:
-    """Return the coordinate where the least sum of squares has grown by t^2; infinite if that is beyond reach."""
-    problem, best, free, covariance, quantile, key, side = end
+    `free` are the keys with an effect, `covariance` is theirs; an end is a key and a side.
+    """
+    key, side = end
     others, row = [k for k in free if k != key], covariance[free.index(key)]
     variance = row[free.index(key)]
     along = np.zeros(best.u.size)  # how all keys go along with this one at first

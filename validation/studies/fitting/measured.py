@@ -119,54 +119,39 @@ def read_measured(path: str | os.PathLike[str], scenario: Scenario) -> Measured:
         raise InputError(f"{path}: should have a line of names with units, and lines of numbers")
     header, *rows = csv.reader(lines.values(), skipinitialspace=True)
     try:
-        names, units = _headings(header)
-        readings, factors = _readings(names, units, scenario)
+        readings, names, factors = _readings(header, scenario)
         values = pd.DataFrame(_numbers(names, rows, [*lines][1:]) * factors, columns=names)
         return _measured(values, readings, scenario.end_time)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _headings(header: Sequence[str]) -> tuple[list[str], list[str | None]]:
-    """Return names and units as they are written, None of a column without a unit."""
-    names, units = list[str](), list[str | None]()
-    for text in header:
-        found = _HEADING.fullmatch(text)
-        if found is None:
-            raise InputError(
-                f"column {short(text)}: should be NAME [UNIT], as time [ms], with commas between columns"
-            )
-        name = " ".join(found[1].replace("+-", " +-").split())
-        if name in names:
-            raise InputError(f"column {name}: stands there twice")
-        names.append(name)
-        units.append(found[2])
-    return names, units
-
-
-def _readings(
-    names: Sequence[str], units: Sequence[str | None], scenario: Scenario
-) -> tuple[dict[str, Reading], Array]:
-    """Return the reading of each column of values, and the factors of all columns to SI units."""
-    found, factors = dict[str, Reading](), list[float]()
-    for name, given in zip(names, units, strict=True):
+def _readings(header: Sequence[str], scenario: Scenario) -> tuple[dict[str, Reading], list[str], Array]:
+    """Return the reading of each column of values, the names of all columns and their factors to SI units."""
+    headings = [_HEADING.fullmatch(text) for text in header]
+    if None in headings:
+        wrong = short(header[headings.index(None)])
+        raise InputError(f"column {wrong}: should be NAME [UNIT], as time [ms], with commas between columns")
+    names = [" ".join(found[1].replace("+-", _SPREAD).split()) for found in headings if found]
+    readings, factors = dict[str, Reading](), list[float]()
+    for name, given in zip(names, (found[2] for found in headings if found), strict=True):
         of = name.removesuffix(_SPREAD)
+        if names.count(name) > 1:
+            raise InputError(f"column {name}: stands there twice")
         if of not in names:
             raise InputError(f"column {name}: there is no column {of}")
-        if of == _TIME:
-            unit = "s"
-        else:
-            found[of] = _series(of, scenario) if _TIME in names else _whole(of, scenario)
-            unit = found[of].unit
+        if of != _TIME:
+            readings[of] = _series(of, scenario) if _TIME in names else _whole(of, scenario)
+        unit = "s" if of == _TIME else readings[of].unit
         if given is None and unit != "1":
             raise InputError(f"column {name}: its unit is missing; write {name} [{unit}]")
         try:
             factors.append(1.0 if given in (None, "", "-") else Unit(unit).to_si(f"1 {given}"))
         except ValueError as error:
             raise InputError(f"column {name} [{given}]: should be {error}") from None
-    if not found:
+    if not readings:
         raise InputError("there is no column of measured values besides time")
-    return found, np.array(factors)
+    return readings, names, np.array(factors)
 
 
 def _series(name: str, scenario: Scenario) -> Reading:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -247,10 +247,10 @@ def search_from_starts(
     Without deviations in the file the best start goes on until these and its keys agree, the others then with
     the same deviations.
     """
-    count = len(problem.parameters)
     points = _starting_points(problem.parameters, starts)
     names = [f"start {number}" for number in range(1, starts + 1)]
-    found = map_parallel(_minimize, [(problem, u) for u in points], workers, on_progress, names)
+    every = range(len(problem.parameters))
+    found = map_parallel(partial(problem.minimize, free=every), points, workers, on_progress, names)
     best = min(range(starts), key=lambda number: found[number].squares)
     solution = found[best]
     if math.isinf(solution.squares):
@@ -262,19 +262,15 @@ def search_from_starts(
     if not problem.measured.has_deviations:
         for _ in range(8):  # the weights of several units settle within a few rounds
             before = problem.deviations
-            deviations = problem.measured.deviations_by(solution.residuals * before, count)
+            deviations = problem.measured.deviations_by(solution.residuals * before, len(every))
             problem = replace(problem, deviations=deviations)
-            solution = problem.minimize(solution.u, range(count))
+            solution = problem.minimize(solution.u, every)
             if np.allclose(before, deviations, rtol=0.01):
                 break
-        found = map_parallel(_minimize, [(problem, one.u) for one in found], workers, on_progress, names)
+        ends = [one.u for one in found]
+        found = map_parallel(partial(problem.minimize, free=every), ends, workers, on_progress, names)
         found[best] = solution
     return Found(problem, points, found, best)
-
-
-def _minimize(task: tuple[Problem, Array]) -> Solution:
-    problem, u = task
-    return problem.minimize(u, range(len(u)))
 
 
 def _starting_points(parameters: Sequence[Parameter], starts: int) -> list[Array]:
