@@ -217,9 +217,10 @@ def fit(
     from oblique_impact.validation.studies.fitting.fit import lines
 
     base = Scenario.load(scenario, changes or [])
-    how: dict[str, Any] = {"starts": starts, "out": out, "workers": workers, "name": scenario}
     with counting_bar("fit") as show:
-        result = compute(base, data, vary=vary or (), on_progress=show, **how)
+        result = compute(
+            base, data, vary=vary or (), starts=starts, out=out, workers=workers, name=scenario, on_progress=show
+        )
     print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 

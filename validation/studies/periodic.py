@@ -129,7 +129,7 @@ def periodic_response(
         samples += history[settings.sample].values[whole].tolist()
         allowed = settings.tolerance * np.abs(motion - motion.mean(axis=0)).max(axis=(0, 2))
         found = _period(motion[whole], allowed)
-        initial_state = _last_state(history)
+        initial_state = history["q"].values[-1], history["qd"].values[-1]
     measured = found or _MEASURED
     history = simulate(scenario.replace(end_time=measured * period), on_progress, initial_state=initial_state)
     if history.outcome is Outcome.COMPLETED:
@@ -142,10 +142,6 @@ def periodic_response(
             "samples": samples[-measured:],
         }
     return history
-
-
-def _last_state(history: History) -> MotionState:
-    return history["q"].values[-1], history["qd"].values[-1]
 
 
 def _motion(history: History) -> np.ndarray:

@@ -32,9 +32,9 @@ from oblique_impact.validation.report import (
 )
 from oblique_impact.validation.report.parameters import parameters as section_of_parameters
 from oblique_impact.validation.studies.fitting import intervals, search
-from oblique_impact.validation.studies.fitting.intervals import Determined, caveats, find_intervals
+from oblique_impact.validation.studies.fitting.intervals import Estimate, caveats, find_intervals
 from oblique_impact.validation.studies.fitting.measured import read_measured
-from oblique_impact.validation.studies.fitting.search import Found, Problem, parameters_of, search_from_starts
+from oblique_impact.validation.studies.fitting.search import Problem, SearchResult, find_keys, parameters_of
 
 STARTS, MOST_STARTS = 4, 100
 #: series that the report draws at most, and values of the whole run that it lists
@@ -138,20 +138,20 @@ def fit(
     if measured.table["time"].notna().all():  # of series the rest of the run is not needed
         base = base.replace(end_time=float(measured.table["time"].max()))
     problem = Problem(base, parameters, measured, measured.first_deviations())
-    found = search_from_starts(problem, starts, workers, on_progress)
-    determined = find_intervals(found.problem, found.solutions[found.best], workers, on_progress)
-    found.solutions[found.best] = determined.solution
-    history = simulate(found.problem.scenario(determined.solution.u))
+    found = find_keys(problem, starts, workers, on_progress)
+    estimate = find_intervals(found.problem, found.solutions[found.best], workers, on_progress)
+    found.solutions[found.best] = estimate.solution
+    history = simulate(found.problem.scenario(estimate.solution.u))
     fitted = measured.table.assign(deviation=found.problem.deviations, fitted=measured.predict(history))
     result = FitResult(
-        scenario=found.problem.scenario(determined.solution.u).replace(end_time=scenario.end_time),
-        keys=_keys(found.problem, determined),
-        data=fitted.assign(residual=-determined.solution.residuals),
-        correlation=determined.correlation,
+        scenario=found.problem.scenario(estimate.solution.u).replace(end_time=scenario.end_time),
+        keys=_keys(found.problem, estimate),
+        data=fitted.assign(residual=-estimate.solution.residuals),
+        correlation=estimate.correlation,
         starts=_starts(found),
-        sum_of_squares=determined.solution.squares,
-        degrees_of_freedom=determined.degrees_of_freedom,
-        warnings=tuple(caveats(found, determined, history, workers)),
+        sum_of_squares=estimate.solution.squares,
+        degrees_of_freedom=estimate.degrees_of_freedom,
+        warnings=tuple(caveats(found, estimate, history, workers)),
         seconds=time.perf_counter() - started,
     )
     if out is not None:
@@ -162,16 +162,16 @@ def fit(
     return result
 
 
-def _keys(problem: Problem, determined: Determined) -> pd.DataFrame:
+def _keys(problem: Problem, estimate: Estimate) -> pd.DataFrame:
     """Return a row for each key: start, value, interval."""
     columns, rows = ["key", "unit", "start", "value", "low", "high", "interval"], []
-    for p, u, interval in zip(problem.parameters, determined.solution.u, determined.intervals, strict=True):
+    for p, u, interval in zip(problem.parameters, estimate.solution.u, estimate.intervals, strict=True):
         numbers = [p.start, *(p.value(x) for x in (u, interval.low, interval.high))]
         rows += [[key, p.unit, *numbers, interval.kind] for key in p.keys]
     return pd.DataFrame(rows, columns=columns)
 
 
-def _starts(found: Found) -> pd.DataFrame:
+def _starts(found: SearchResult) -> pd.DataFrame:
     """Return a row for each start: from where to where, and the sum of squares."""
     table = pd.DataFrame()
     for k, p in enumerate(found.problem.parameters):

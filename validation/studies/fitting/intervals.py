@@ -20,10 +20,10 @@ from scipy.stats import chi2, norm, t
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
-from oblique_impact.progress import OnProgress, silent
+from oblique_impact.progress import OnProgress
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.studies.fitting.measured import Array
-from oblique_impact.validation.studies.fitting.search import Found, Parameter, Problem, Solution
+from oblique_impact.validation.studies.fitting.search import Parameter, Problem, SearchResult, Solution
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.predictability import (
     LARGE,
@@ -40,7 +40,7 @@ _WIDE, _REACH, _NO_EFFECT = 0.4, math.log(1e3), 0.01
 #: of a logarithm: error of an end of a profile; growths over t beyond this are taken for it, without a run too
 _CLOSE, _FAR = 1e-3, 10.0
 #: relative change of derivatives beyond which an interval is profiled
-_BENT = 0.1
+_NONLINEAR = 0.1
 #: a correlation beyond which data determine two keys together only; chi-squared less probable than this
 #: contradicts the model; solutions fit as well whose sum of squares is larger by no more
 _TOGETHER, _IMPROBABLE, _AS_WELL = 0.95, 0.01, 4.0
@@ -54,11 +54,11 @@ class Interval(NamedTuple):
     #: "Jacobian", "profile" or "no effect"
     kind: str = "no effect"
     #: relative change of the derivatives when their differences reach over a standard error
-    bent: float = 0.0
+    nonlinearity: float = 0.0
 
 
-class Determined(NamedTuple):
-    """The solution, with keys without effect back at their start, and how well it is determined."""
+class Estimate(NamedTuple):
+    """The solution, with keys without effect back at their start, and how well it is known."""
 
     solution: Solution
     intervals: list[Interval]
@@ -67,9 +67,7 @@ class Determined(NamedTuple):
     degrees_of_freedom: int
 
 
-def find_intervals(
-    problem: Problem, best: Solution, workers: int | None = None, on_progress: OnProgress = silent
-) -> Determined:
+def find_intervals(problem: Problem, best: Solution, workers: int | None, on_progress: OnProgress) -> Estimate:
     """Find intervals and correlations at the least sum of squares."""
     count, given = len(best.u), problem.measured.has_deviations
     J = np.stack([problem.derivative(best.u, k, problem.step) for k in range(count)], axis=1)
@@ -81,14 +79,14 @@ def find_intervals(
     errors, found, ends = np.sqrt(np.diag(covariance)), [Interval()] * count, list[tuple[int, float]]()
     for k, error in zip(free, errors.tolist(), strict=True):
         wider = problem.derivative(best.u, k, min(max(error, 2.0 * problem.step), _WIDE))
-        bent = float(np.linalg.norm(wider - J[:, k]) / np.linalg.norm(J[:, k]))
+        nonlinearity = float(np.linalg.norm(wider - J[:, k]) / np.linalg.norm(J[:, k]))
         reach, (lowest, highest) = quantile * error, problem.parameters[k].bounds
         low, high = best.u[k] - reach, best.u[k] + reach
-        if reach > _WIDE or bent > _BENT or not lowest < low < high < highest:
-            found[k] = Interval(kind="profile", bent=bent)
+        if reach > _WIDE or nonlinearity > _NONLINEAR or not lowest < low < high < highest:
+            found[k] = Interval(kind="profile", nonlinearity=nonlinearity)
             ends += [(k, -1.0), (k, 1.0)]
         else:
-            found[k] = Interval(low, high, "Jacobian", bent)
+            found[k] = Interval(low, high, "Jacobian", nonlinearity)
     profile_end = partial(_profile_end, problem, best, free, covariance, quantile)
     names = [problem.parameters[k].label for k, _ in ends]
     profiled = map_parallel(profile_end, ends, workers, on_progress, names)
@@ -96,7 +94,7 @@ def find_intervals(
         found[k] = found[k]._replace(low=low, high=high)
     labels = [problem.parameters[k].label for k in free]
     correlation = pd.DataFrame(covariance / np.outer(errors, errors), labels, labels)
-    return Determined(best, found, correlation, freedom)
+    return Estimate(best, found, correlation, freedom)
 
 
 def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Solution, list[int]]:
@@ -104,7 +102,7 @@ def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Soluti
     least, free = best.squares, list[int]()
     for k, effect in enumerate(effects):
         if effect < _NO_EFFECT:
-            back = problem.at(np.where(np.arange(effects.size) == k, 0.0, best.u))
+            back = problem.evaluate(np.where(np.arange(effects.size) == k, 0.0, best.u))
             # not of one that went so far down that it has none any more
             if back.squares < least + _NO_EFFECT:
                 best = back
@@ -150,18 +148,19 @@ def _profile_end(
 # --- what stands against it
 
 
-def caveats(found: Found, determined: Determined, history: History, workers: int | None) -> list[str]:
+def caveats(found: SearchResult, estimate: Estimate, history: History, workers: int | None) -> list[str]:
     """Return what stands against a fit, and the warnings of the fitted run."""
-    problem, squares, freedom = found.problem, determined.solution.squares, determined.degrees_of_freedom
-    parameters, sentences = problem.parameters, list[str]()
+    problem, squares, freedom = found.problem, estimate.solution.squares, estimate.degrees_of_freedom
+    sentences = list[str]()
     for number, solution in enumerate(found.solutions, start=1):
-        values = zip(parameters, solution.u, determined.intervals, strict=True)
+        values = zip(problem.parameters, solution.u, estimate.intervals, strict=True)
         outside = [p.label for p, u, interval in values if u < interval.low or u > interval.high]
         if outside and solution.squares < squares + _AS_WELL:
             words = f"fits as well with another {', '.join(outside)}: see the table of starts"
             sentences.append(f"start {number} {words}")
-    remarks = (_remark(*of, determined.correlation) for of in zip(parameters, determined.intervals, strict=True))
-    sentences += [f"{p.label}: {remark}" for p, remark in zip(parameters, remarks, strict=True) if remark]
+    for p, interval in zip(problem.parameters, estimate.intervals, strict=True):
+        remark = _remark(p, interval, estimate.correlation)
+        sentences += [f"{p.label}: {remark}"] if remark else []
     if problem.measured.has_deviations and freedom and chi2.sf(squares, freedom) < _IMPROBABLE:
         words = f"sum of squares {squares:.3g} on {freedom} degrees of freedom"
         sentences.append(f"{words}: the model does not say what was measured within the standard deviations")
@@ -173,7 +172,7 @@ def caveats(found: Found, determined: Determined, history: History, workers: int
 
 
 def _remark(parameter: Parameter, interval: Interval, correlation: pd.DataFrame) -> str:
-    """Return what is to be said of a key: without effect, not identified, with an open end, or bent."""
+    """Return what is to be said of a key: without effect, not identified, with an open end, or nonlinear."""
     if interval.kind == "no effect":
         return f"has no effect on these data; it is left at {parameter.start:g}"
     without = [name for name, end in (("lower", interval.low), ("upper", interval.high)) if math.isinf(end)]
@@ -184,8 +183,8 @@ def _remark(parameter: Parameter, interval: Interval, correlation: pd.DataFrame)
         return f"not identified by these data{partner}"
     if without:
         return f"these data set it no {without[0]} end"
-    if interval.bent > _BENT:
-        differ = f"derivatives over a standard error differ by {100.0 * interval.bent:.0f} %"
+    if interval.nonlinearity > _NONLINEAR:
+        differ = f"derivatives over a standard error differ by {100.0 * interval.nonlinearity:.0f} %"
         return f"{differ} from those at the value; its interval is a profile"
     return ""
 

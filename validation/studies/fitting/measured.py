@@ -85,12 +85,12 @@ class Measured:
         scatter = values - self.table.groupby("column")["measured"].transform("mean").to_numpy()
         return self._by_unit(lambda own: max(np.std(scatter[own]), 1e-2 * np.abs(values[own]).max()) or 1.0)
 
-    def deviations_by(self, missed: Array, fitted: int) -> Array:
+    def deviations_from(self, misfit: Array, fitted: int) -> Array:
         """Return standard deviations (n,) from run - measured (n,), with so many fitted keys."""
-        values, left = np.abs(self.table["measured"].to_numpy()), 1.0 - fitted / missed.size
+        values, left = np.abs(self.table["measured"].to_numpy()), 1.0 - fitted / misfit.size
         # of data without noise the error of the run is left
         return self._by_unit(
-            lambda own: max(math.sqrt(np.mean(missed[own] ** 2) / left), 1e-9 * values[own].max(), 1e-300)
+            lambda own: max(math.sqrt(np.mean(misfit[own] ** 2) / left), 1e-9 * values[own].max(), 1e-300)
         )
 
     def _by_unit(self, deviation: Callable[[NDArray[np.intp]], float]) -> Array:

@@ -25,7 +25,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
-from oblique_impact.progress import OnProgress, silent
+from oblique_impact.progress import OnProgress
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import schema_of, unit_of_key
@@ -172,13 +172,13 @@ class Problem:
         """Return what the run at u says of the data (n,); raises InputError and GapError."""
         return self.measured.predict(simulate(self.scenario(u)))
 
-    def at(self, u: Array) -> Solution:
+    def evaluate(self, u: Array) -> Solution:
         """Return the residuals (run - measured)/sigma at u."""
         try:
-            missed = self.predict(u) - self.measured.table["measured"].to_numpy()
+            misfit = self.predict(u) - self.measured.table["measured"].to_numpy()
         except (InputError, GapError):
-            missed = np.full(self.deviations.size, math.nan)
-        return Solution(u, missed / self.deviations)
+            misfit = np.full(self.deviations.size, math.nan)
+        return Solution(u, misfit / self.deviations)
 
     def derivative(self, u: Array, k: int, step: float, here: Array | None = None) -> Array:
         """Return the derivative (n,) of the residuals by coordinate k: central, or one-sided from those `here`.
@@ -188,7 +188,7 @@ class Problem:
         known = [] if here is None else [(0.0, here)]
         for side in (step, -step, 0.0):
             if len(known) < 2 and (side or here is None):
-                found = self.at(u + side * np.eye(len(u))[k])
+                found = self.evaluate(u + side * np.eye(len(u))[k])
                 if math.isfinite(found.squares):
                     known.append((side, found.residuals))
         if len(known) < 2:
@@ -208,7 +208,7 @@ class Problem:
 
         @lru_cache(maxsize=1)  # derivatives are asked for where residuals have just been
         def at(*part: float) -> Solution:
-            return self.at(moved(part))
+            return self.evaluate(moved(part))
 
         def derivatives(part: Array) -> Array:
             here = at(*part)
@@ -230,7 +230,7 @@ class Problem:
         return Solution(moved(found.x), found.fun)
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """What a search found: the problem with its final deviations, and where each start began and ended."""
 
     problem: Problem
@@ -239,9 +239,7 @@ class Found(NamedTuple):
     best: int
 
 
-def search_from_starts(
-    problem: Problem, starts: int, workers: int | None = None, on_progress: OnProgress = silent
-) -> Found:
+def find_keys(problem: Problem, starts: int, workers: int | None, on_progress: OnProgress) -> SearchResult:
     """Minimize from several starts; raises InputError if none has a run with all that was measured.
 
     Without deviations in the file the best start goes on until these and its keys agree, the others then with
@@ -262,7 +260,7 @@ def search_from_starts(
     if not problem.measured.has_deviations:
         for _ in range(8):  # the weights of several units settle within a few rounds
             before = problem.deviations
-            deviations = problem.measured.deviations_by(solution.residuals * before, len(every))
+            deviations = problem.measured.deviations_from(solution.residuals * before, len(every))
             problem = replace(problem, deviations=deviations)
             solution = problem.minimize(solution.u, every)
             if np.allclose(before, deviations, rtol=0.01):
@@ -270,7 +268,7 @@ def search_from_starts(
         ends = [one.u for one in found]
         found = map_parallel(partial(problem.minimize, free=every), ends, workers, on_progress, names)
         found[best] = solution
-    return Found(problem, points, found, best)
+    return SearchResult(problem, points, found, best)
 
 
 def _starting_points(parameters: Sequence[Parameter], starts: int) -> list[Array]:
