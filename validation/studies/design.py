@@ -370,8 +370,7 @@ def _continued(runs: Sequence[Run], count: int, periodic: PeriodicSection) -> li
             branch = runs[first : first + count]
             for number, run in enumerate(branch if direction == "up" else branch[::-1]):
                 labels = {**run.labels, "run": len(found) + 1, "direction": direction}
-                after = len(found) - 1 if number else None
-                found.append(replace(run, labels=labels, periodic=periodic, after=after))
+                found.append(replace(run, labels=labels, periodic=periodic, continued=number > 0))
     return found
 
 
