@@ -160,12 +160,14 @@ def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: 
 
 def richardson_limit(fine: Numbers, difference: Numbers, ratio: Numbers, order: Numbers) -> Numbers:
     """Limit f1 + d21/(r21^p - 1) of the finest value f1 for an order p > 0."""
-    return fine + difference / np.expm1(order * np.log(ratio))
+    limit: Numbers = fine + difference / np.expm1(order * np.log(ratio))
+    return limit
 
 
 def grid_convergence_index(difference: Numbers, ratio: Numbers, order: Numbers) -> Numbers:
     """Grid convergence index 1.25 |d21|/(r21^p - 1), in the unit of the difference, for an order p > 0."""
-    return SAFETY * abs(difference) / np.expm1(order * np.log(ratio))
+    index: Numbers = SAFETY * abs(difference) / np.expm1(order * np.log(ratio))
+    return index
 
 
 def analyse(
