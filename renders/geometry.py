@@ -188,6 +188,12 @@ class BeamGeometry:
         """Largest extent (m) of the beam out of the plane of motion, to one side."""
         return float(self.solid.offsets[:, 2].max())
 
+    @cached_property
+    def near_edge(self) -> Array:
+        """How far (m) in front of the plane of motion the beam touches, at the stations; 0 of a round one."""
+        rings = self.solid.offsets[: SIDES * self.stations.size, 2].reshape(-1, SIDES)
+        return np.asarray(rings.max(axis=1) * has_corners(self.scenario.beam.section.shape))
+
     @property
     def outer_point(self) -> str:
         """Name of the far end of the chord, the line from the root about which deflections are magnified."""
@@ -222,8 +228,14 @@ class BeamGeometry:
         return np.array([self.value("tip_x", k), self.value("tip_y", k)])
 
     def contact_place(self, k: float) -> Array:
-        """Return where the beam touches the drawn slope (3,); of several contacts that of `close_contact`."""
-        return np.append(self.contact_places(k)[self.close_contact(k)], 0.0)
+        """Return the one of `near_places` (3,) that is `close_contact`."""
+        return np.asarray(self.near_places(k)[self.close_contact(k)])
+
+    def near_places(self, k: float) -> Array:
+        """Return the near ends (contacts, 3) of the lines across the beam along which it touches what is drawn."""
+        along = self.value("contact_place", k) if self.anywhere else self.scenario.contact.point
+        places, depth = self.contact_places(k), np.interp(along, self.stations, self.near_edge)
+        return np.column_stack([places, np.broadcast_to(depth, len(places))])
 
     def contact_places(self, k: float) -> Array:
         """Return where the beam's face touches the drawn obstacles, or would, (contacts, 2)."""
