@@ -33,11 +33,6 @@ columns = {"one stop": kept[~kept["slope.enabled"]], "stops on both sides": kept
 with figure_style():
     figure = Figure(figsize=(7.2, 7.2), layout="constrained")
     draw_responses(figure, plan, columns)
-    labels = ("deflection at\nwhole periods (mm)", "largest bending\nstress (MPa)", "impacts per period", "period")
-    for axes, label in zip(figure.axes[::2], labels, strict=True):
-        axes.set_ylabel(label)
-    for axes in figure.axes[-2:]:
-        axes.set_xlabel("frequency of the base (Hz)")
     figure.savefig("stops.svg")
 
 # %%

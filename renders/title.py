@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 from oblique_impact.scenario.sections import BaseSection, BeamSection
 from oblique_impact.scenario.shapes import SHAPES
@@ -63,7 +64,7 @@ def _obstacles(scenario: Scenario) -> str:
     """Return the slope, and how many other obstacles there are."""
     slope = [f"slope {math.degrees(scenario.slope.angle):.3g}°"] if scenario.slope.enabled else []
     count = len(scenario.obstacles)
-    return ", ".join([*slope, *([f"{count} obstacle{'s' * (count > 1)}"] if count else [])])
+    return ", ".join([*slope, *([counted(count, "obstacle")] if count else [])])
 
 
 def _section(beam: BeamSection) -> str:
@@ -90,8 +91,7 @@ def _material(beam: BeamSection) -> str:
 def _coordinates(scenario: Scenario) -> str:
     """Return how many modes or elements there are."""
     how = scenario.discretization
-    modes = "1 mode" if how.modes == 1 else f"{how.modes} modes"
-    elements = "1 element" if how.elements == 1 else f"{how.elements} elements"
+    modes, elements = counted(how.modes, "mode"), counted(how.elements, "element")
     if how.method == "fem":
         return elements if scenario.is_nodal else f"{elements}, {modes}"
     return {"modal": modes, "absolute": f"{elements}, absolute coordinates"}.get(how.method, how.method)

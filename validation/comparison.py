@@ -17,6 +17,7 @@ from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.history.summary import ROUNDING
 from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.scenario.messages import counted
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
 from oblique_impact.validation.report import (
     Cell,
@@ -46,6 +47,8 @@ Pair = tuple[Array, Array]
 MAX_SHIFT = 0.1
 #: times (s) are the same within this part of the span
 SAME = 1e-12
+#: rows of a table of the report from which on it is folded
+_LONG = 30
 _COLLISION = {"start": "s", "end": "s", "contacts": "1"}
 _COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
@@ -149,7 +152,7 @@ class Comparison:
         outcomes, changed = list(dict.fromkeys(self.outcomes)), self.changed_keys
         return [
             f"{left} and {right}, {self.span[0]:g} to {self.span[1]:g} s",
-            f"scenarios: {len(changed)} keys differ" if len(changed) != 1 else "scenarios: 1 key differs",
+            f"scenarios: {counted(len(changed), 'key')} {'differs' if len(changed) == 1 else 'differ'}",
             *(f"  {key}: {a} in {left}, {b} in {right}" for key, (a, b) in changed.items()),
             f"outcome{'s' if len(outcomes) > 1 else ''}: {', '.join(outcomes)}",
             _events(self),
@@ -545,8 +548,14 @@ def _sections_of(found: Comparison) -> list[Section]:
             Table(["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."),
         ),
     ]
-    blocks = [Section(f"{right}: {title}", [table]) for title, table in tables if table.rows]
-    skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
+    blocks = [
+        Section(
+            f"{right}: {title}", [table], count=counted(len(table.rows), "row"), opened=len(table.rows) <= _LONG
+        )
+        for title, table in tables
+        if table.rows
+    ]
+    skipped = f"{', '.join(found.skipped)}: whole numbers, other coordinates, or only of one run."
     return [*blocks, *([Section(f"{right}: not compared", [Text(skipped)])] if found.skipped else [])]
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from oblique_impact.progress import OnProgress, silent
-from oblique_impact.scenario.messages import did_you_mean
+from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
 from oblique_impact.validation.report import (
@@ -80,9 +80,8 @@ _TITLE = "Validation of oblique-impact"
 def counts(results: Sequence[Result]) -> str:
     """Return how many checks and measurements there are and how many fail, for page and console."""
     checks, failed = len({result.check for result in results}), sum(r.verdict == "fail" for r in results)
-    numbers = {"check": checks, "measurement": len(results)}
-    counted = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in numbers.items())
-    return f"{counted}: {f'{failed} fail' if failed else 'all pass'}"
+    numbers = f"{counted(checks, 'check')}, {counted(len(results), 'measurement')}"
+    return f"{numbers}: {f'{failed} fail' if failed else 'all pass'}"
 
 
 def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:

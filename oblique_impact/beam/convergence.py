@@ -22,6 +22,7 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.operators import Array, build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
+from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 
@@ -186,7 +187,8 @@ def elastic_stops(s: Scenario) -> list[tuple[float, float]]:
 
 def _resolution(s: Scenario) -> str:
     """Return the number of modes or elements of a scenario as text."""
-    return f"{s.discretization.elements} elements" if s.is_nodal else f"{s.discretization.modes} modes"
+    how = s.discretization
+    return counted(how.elements, "element") if s.is_nodal else counted(how.modes, "mode")
 
 
 def _more_elements(s: Scenario, factor: float) -> str:

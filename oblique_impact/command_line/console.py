@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 
 from oblique_impact.machine import cores
+from oblique_impact.scenario.messages import counted
 
 
 def _scenarios(incomplete: str) -> list[str]:
@@ -92,4 +93,4 @@ def minutes(what: str, seconds: float, workers: int | None) -> str:
     least = seconds / used / 60.0
     if least <= 0.5:
         return ""
-    return f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {used} core{'s'[: used > 1]}"
+    return f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {counted(used, 'core')}"

@@ -17,7 +17,7 @@ Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run fo
 Times = Annotated[list[float] | None, Option("--time", help="Stills, strips: time (s); of a strip repeatable.")]
 Event = Annotated[int | None, Option(help="Stills: at an event, by its number from 1.")]
 Strip = Annotated[bool, Option("--strip", help="Strips: instead of a still, one row for each time.")]
-Between = Annotated[str | None, Option(metavar="T0,T1", help="Films, exports: part of the run (s).")]
+Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the run (s).")]
 Preset = Annotated[str, Option(help="talk, paper or social; other options hold instead of its own.")]
 Title = Annotated[str | None, Option(help="The title; default: the name of the run.")]
 Size = Annotated[str, Option(help="WIDTHxHEIGHT in pixels, of films even; of one row of a strip.")]
@@ -118,7 +118,7 @@ def export(
     out: Annotated[Path, Option(help="The file; its suffix is appended if it has none.")],
     format: Format = None,
     every: Every = None,
-    between: Between = None,
+    between: Annotated[str | None, Option(metavar="T0,T1", help="Part of the run (s).")] = None,
     deformation: Annotated[float, Option(metavar="FACTOR", help="Magnify the bending; 1: true shapes.")] = 1.0,
     as_json: JsonOption = False,
 ) -> None:

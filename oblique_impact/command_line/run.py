@@ -11,6 +11,7 @@ from rich.filesize import decimal
 
 from oblique_impact.command_line.console import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import Interrupted
+from oblique_impact.scenario.messages import counted
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
@@ -65,19 +66,19 @@ def summary_lines(history: History, folder: Path, replaced: bool, known: Sequenc
     from oblique_impact.history.summary import LOSSES, balance_text
 
     summary, energy = history.summary, history.summary["energy"]
-    yield f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events"
+    yield f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {counted(summary['events'], 'event')}"
     for number, m in enumerate(summary["macro_collisions"], start=1):
         # the force of a rigid stop has no largest value that more modes or elements would not exceed
         peak = "" if "peak_force" in summary.get("without_limit", ()) else f", peak {m['peak_force']:.4g} N"
         yield (
-            f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
+            f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {counted(m['contacts'], 'contact')} "
             f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"
         )
     losses = ", ".join(f"{name} {energy[f'lost_{name}']:.4g}" for name in LOSSES)
     yield f"  energy: {balance_text(energy)}"
     yield f"  lost: {losses} J"
     unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
-    yield f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s"
+    yield f"  unaccounted: {unaccounted:.2e} J; {counted(steps, 'step')}, {seconds:.2f} s"
     for warning in (words for words in summary.get("warnings", []) if words not in known):
         yield f"  warning: {warning}"
     yield f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}"

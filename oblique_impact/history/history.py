@@ -48,7 +48,7 @@ from oblique_impact.history.variables import (
     dataset,
 )
 from oblique_impact.marching.records import Contact, Event, Record
-from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.messages import counted, short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 
 if TYPE_CHECKING:
@@ -401,21 +401,21 @@ def _describe(history: History) -> list[str]:
     """Describe a history and its macro-collisions in at most ten lines."""
     s, sizes = history.summary, history.data.sizes
     kind = "a beam" if history.scenario else "a system"
-    parts = ", ".join(f"{count} {name}s" for name, count in sizes.items() if name != "time")
+    parts = ", ".join(counted(count, str(name)) for name, count in sizes.items() if name != "time")
     energy = s["energy"]
     lost = [f"{k.removeprefix('lost_')} {v:.4g}" for k, v in energy.items() if k.startswith("lost_") and v]
     lines = [
-        f"<History of {kind}: {s['outcome']} at {s['end_time']:.6g} s, {s['steps']} steps>",
+        f"<History of {kind}: {s['outcome']} at {s['end_time']:.6g} s, {counted(s['steps'], 'step')}>",
         f"  samples     {sizes['time']} ({parts}); {len(history.data.variables)} variables",
-        f"  events      {len(history.events)}, {len(history.contacts)} contacts",
+        f"  events      {len(history.events)}, {counted(len(history.contacts), 'contact')}",
         f"  energy      {balance_text(energy)}, unaccounted {energy['unaccounted']:.1e}",
     ]
     if lost:
         lines.append(f"  lost (J)    {', '.join(lost)}")
     shown = history.macro_collisions[:3]
     for number, m in enumerate(shown, 1):
-        span = f"{m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts, {m['normal_impulse']:.6g} N s"
-        lines.append(f"  collision {number} {span}")
+        contacts, impulse = counted(m["contacts"], "contact"), f"{m['normal_impulse']:.6g} N s"
+        lines.append(f"  collision {number} {m['start']:.6f} to {m['end']:.6f} s, {contacts}, {impulse}")
     if len(history.macro_collisions) > len(shown):
         lines.append(f"  and {len(history.macro_collisions) - len(shown)} more")
     return lines

@@ -1,4 +1,4 @@
-"""Error messages in one line: the key, its value, what is allowed, and the most similar word."""
+"""Words of messages: a key, its value, what is allowed, the most similar word; numbers of things."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ def short(value: Any) -> str:
     """Return the representation of a value in at most 60 characters."""
     text = " ".join(_REPR.repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def counted(number: int, thing: str) -> str:
+    """Return a number of things as text: "1 contact", "2 contacts"."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def refused(key: str, value: Any, allowed: str) -> InputError:

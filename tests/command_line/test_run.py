@@ -93,7 +93,7 @@ def test_bad_calls_are_one_line_and_exit_2(refused, arguments):
 
 def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     history = History.load(paper_run)
-    collision = {"start": 0.25, "end": 0.5, "contacts": 3, "normal_impulse": 1.5, "peak_force": 250.0}
+    collision = {"start": 0.25, "end": 0.5, "contacts": 1, "normal_impulse": 1.5, "peak_force": 250.0}
     energy = {"initial": 3.0, "supplied": 0.25, "final": 2.3125, "unaccounted": 1e-9}
     energy |= {"lost_impact": 0.125, "lost_friction": 0.25, "lost_damping": 0.5, "lost_scheme": 0.0625}
     told = {
@@ -108,7 +108,7 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     print("\n".join(summary_lines(replace(history, summary=summary), tmp_path, True)))
     assert capsys.readouterr().out.splitlines() == [
         "completed: t = 0.75 s, 9 events",
-        "  collision 1: 0.250000 to 0.500000 s, 3 contacts (gap < 0.03 s), 1.5 N s, peak 250 N",
+        "  collision 1: 0.250000 to 0.500000 s, 1 contact (gap < 0.03 s), 1.5 N s, peak 250 N",
         "  energy: 3 + 0.25 supplied - 0.9375 lost = 2.3125 J",
         "  lost: impact 0.125, friction 0.25, damping 0.5, scheme 0.0625 J",
         "  unaccounted: 1.00e-09 J; 77 steps, 1.25 s",

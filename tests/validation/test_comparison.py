@@ -251,6 +251,14 @@ def test_several_runs_are_compared_with_the_first_and_their_keys_stand_first(run
         compare_all([runs[0.3]])
 
 
+def test_long_tables_of_a_comparison_are_folded(run):
+    history = run("slap", "end_time=0.385")
+    sections = {section.title: section for section in report([compare(history, history)]).sections}
+    assert not sections["right: events"].opened
+    assert sections["right: events"].count == f"{len(history.events)} rows"
+    assert sections["right: collisions and energies"].opened
+
+
 BAD = {
     "not a run": ("nowhere", "nowhere", "c.html", "nowhere"),
     "another kind of file": ("nowhere", "nowhere", "c.pdf", "should end in .html or .json"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,8 +19,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from oblique_impact.errors import Outcome
+from oblique_impact.renders.charts import unit_for
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
-from oblique_impact.validation.report import Block, Picture, number, picture, shown_unit, with_unit
+from oblique_impact.validation.report import FULL, Block, Picture, number, picture, shown_unit, with_unit
 from oblique_impact.validation.studies.design import AxisSection, Plan
 from oblique_impact.validation.studies.quantities import VARIABLES, Quantity
 from oblique_impact.validation.studies.study import REGIMES, SAMPLES
@@ -27,16 +29,18 @@ from oblique_impact.validation.studies.study import REGIMES, SAMPLES
 #: so many values of the second direction are drawn as curves, more as a map
 _CURVES = 5
 _MARKERS = ("o", "s", "^", "D", "v")
-#: characters of a line of the label of a small panel
-_LABEL = 22
+#: characters of a line of the label of an axis, across and up a panel
+_ACROSS, _UP = 52, 34
+_SWITCH = {"True": "yes", "False": "no"}
 #: values of other directions beside each other in a picture of steady responses
 _COLUMNS = 3
 #: the ways along the last direction of steady responses
 _WAYS: dict[str, dict[str, Any]] = {
-    "up": {"marker": "o", "ms": 3.2, "mew": 0.0, "color": "#f0a868"},
-    "down": {"marker": "o", "ms": 1.4, "mew": 0.0, "color": SERIES[0]},
+    "up": {"marker": "o", "mew": 0.0, "color": "#f0a868"},
+    "down": {"marker": "o", "mew": 0.0, "color": SERIES[0]},
 }
-_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+#: least and largest size (points) of a dot of the way up; those of the way down have half of it
+_DOTS = 3.6, 7.0
 #: longer curves are lines without marks; larger maps are images
 _MARKED_POINTS, _MARKED_CELLS = 30, 1500
 #: a largest value this many times the middle one asks for a logarithmic scale
@@ -62,7 +66,7 @@ class _Axis:
             self.places = column.to_numpy(float)
         else:
             places, words = pd.factorize(column.map(str))
-            self.places, self.words = places.astype(float), list(words)
+            self.places, self.words = places.astype(float), [_SWITCH.get(word, word) for word in words]
 
     def name(self, place: float) -> str:
         """Return a value as text, with its unit."""
@@ -82,7 +86,7 @@ class _Axis:
     def label(self, axes: Axes, which: str) -> None:
         """Label one axis ("x" or "y"), spread as the sweep is; words get a tick each."""
         axis, unit = getattr(axes, f"{which}axis"), "" if self.words else self.direction.unit
-        axis.set_label_text(_wrapped(with_unit(self.direction.words, unit)))
+        axis.set_label_text(_wrapped(with_unit(self.direction.words, unit), _ACROSS if which == "x" else _UP))
         if self.words:
             words = [word if len(word) <= 22 else f"{word[:21]}…" for word in self.words]
             turned = 25.0 if which == "x" and sum(map(len, words)) > 36 else 0.0
@@ -128,7 +132,7 @@ def _panels(plan: Plan, over: str) -> Iterator[tuple[Picture, list[tuple[Axes, Q
     """Make a picture with a panel for each quantity."""
     count = len(plan.quantities)
     rows = math.ceil(count / 2)
-    with picture(f"Quantities over {over}.", 7.1, 2.8 * rows + 0.4) as drawn:
+    with picture(f"Quantities over {over}.", FULL, 3.0 * rows + 0.4) as drawn:
         panels = drawn.figure.subplots(rows, min(count, 2), squeeze=False).ravel()
         for axes in panels[count:]:
             axes.axis("off")
@@ -155,6 +159,7 @@ def _curves(plan: Plan, frame: pd.DataFrame, along: _Axis, series: _Axis | None)
                 axes.plot(along.places[stopped], np.full(stopped.sum(), 0.02), "x", label=label, **foot)
             axes.set_ylabel(_wrapped(with_unit(q.meaning, q.unit)))
             axes.ticklabel_format(axis="y", useOffset=False, scilimits=(-3, 5))
+            _count(axes, frame[q.name])
             along.label(axes, "x")
         handles, labels = panels[0][0].get_legend_handles_labels()
         if handles:
@@ -175,7 +180,9 @@ def _maps(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Pictu
             if plan.grid:
                 axes.patch.set(hatch="////", edgecolor=GREY)
             if known.size:
-                drawn.figure.colorbar(mesh, ax=axes, label=_wrapped(with_unit(q.meaning, q.unit)), pad=0.02)
+                bar = drawn.figure.colorbar(mesh, ax=axes, label=_wrapped(with_unit(q.meaning, q.unit)), pad=0.02)
+                if not wide:
+                    _count(bar.ax, known)
         if frame[[q.name for q in plan.quantities]].isna().any(axis=None):
             drawn.figure.legend(handles=[missing], loc="outside lower center")
     return drawn
@@ -219,6 +226,7 @@ def _cells(
         return axes.scatter(known["x"], known["y"], s=16, c=known["value"], **colours)
     table = table.pivot(index="y", columns="x", values="value")
     cells = np.ma.masked_invalid(table.to_numpy())
+    colours |= {"edgecolors": "face", "linewidth": 0.3}  # else screens show gaps
     return axes.pcolormesh(first.edges, second.edges, cells, rasterized=len(values) > _MARKED_CELLS, **colours)
 
 
@@ -226,9 +234,17 @@ def _title(regime: str) -> str:
     return "Painlevé" if regime == "painleve" else regime
 
 
-def _wrapped(label: str) -> str:
-    """Break the label of an axis, which is about two inches long."""
-    return textwrap.fill(label, 30, break_on_hyphens=False)
+def _count(axes: Axes, values: pd.Series | np.ndarray) -> None:
+    """Label whole numbers alone up an axis of values that are all whole."""
+    found = np.asarray(values, dtype=float)
+    if np.all(found[np.isfinite(found)] % 1.0 == 0.0):
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
+def _wrapped(label: str, width: int = _UP) -> str:
+    """Break the label of an axis, not before a unit."""
+    whole = re.sub(r"(?<=\d) | (?=\()", "\xa0", label)
+    return textwrap.fill(whole, width, break_on_hyphens=False).replace("\xa0", " ")
 
 
 def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterator[Picture]:
@@ -241,7 +257,7 @@ def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterat
     groups, over = list(dict.fromkeys(names)), along.direction.words
     for first in range(0, len(groups), _COLUMNS):
         columns = {name: frame[[other == name for other in names]] for name in groups[first : first + _COLUMNS]}
-        width, height = 3.4 * max(len(columns), 2), 2.0 * (1 + len(plan.quantities)) + 0.4
+        width, height = FULL if len(columns) > 1 else 0.75 * FULL, 2.0 * (1 + len(plan.quantities)) + 0.4
         with picture(f"Steady response over {over}, on the way up and down.", width, height) as drawn:
             draw_responses(drawn.figure, plan, columns)
         yield drawn
@@ -251,32 +267,36 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
     """Draw the rows of a sweep of steady responses over its last direction, a column for each title and frame.
 
     The first panels hold the samples at whole periods, where a motion that does not repeat is a cloud, the others
-    the quantities.  The way up is in large pale dots, the way down in small dark ones over them, so that both are
-    seen where they agree.
+    the quantities, by their symbols.  The way up is in large pale dots, the way down in small dark ones over them,
+    so that both are seen where they agree.
     """
     assert plan.file.periodic is not None
     sample, last = plan.file.periodic.sample, plan.directions[-1]
-    rows = [(SAMPLES, f"{VARIABLES[sample][1]} at whole periods", VARIABLES[sample][0])]
-    rows += [(q.name, q.meaning, q.unit) for q in plan.quantities]
+    rows = [(SAMPLES, f"{sample} at whole periods", VARIABLES[sample][0])]
+    rows += [(q.name, q.name.replace(":", " "), q.unit) for q in plan.quantities]
+    apart = 72.0 * figure.get_figwidth() / sum(frame[last.names[0]].nunique() for frame in columns.values())
+    dot = float(np.clip(0.5 * apart, *_DOTS))
     heights = {"height_ratios": [1.5, *[1.0] * len(plan.quantities)]}
     panels = figure.subplots(
         len(rows), len(columns), squeeze=False, sharex=True, sharey="row", gridspec_kw=heights
     )
     for (name, label, unit), beside in zip(rows, panels, strict=True):
         points = {title: _points(frame, last, name) for title, frame in columns.items()}
-        factor, prefix = _prefix(max(part["y"].abs().max() for part in points.values()), unit)
+        values = [part["y"].to_numpy(float) for part in points.values()]
+        factor, prefix = unit_for(values) if shown_unit(unit) else (1.0, "")
         for axes, part in zip(beside, points.values(), strict=True):
             for way, style in _WAYS.items():
-                on = part[part["way"] == way]
-                axes.plot(on["x"], on["y"] / factor, ls="", label=f"on the way {way}", **style)
+                on, size = part[part["way"] == way], dot if way == "up" else 0.5 * dot
+                axes.plot(on["x"], on["y"] / factor, ls="", ms=size, label=f"on the way {way}", **style)
             axes.grid(visible=False)
-        beside[0].set_ylabel(textwrap.fill(with_unit(label, prefix + unit), _LABEL))
+        _count(beside[0], np.concatenate(values))
+        beside[0].set_ylabel(_wrapped(with_unit(label.replace("_", " "), prefix + unit), 2 * _UP // 3))
     for (title, frame), column in zip(columns.items(), panels.T, strict=True):
         column[0].set_title(_wrapped(title))
         column[-1].xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         _Axis(last, frame).label(column[-1], "x")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=1.8)
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=1.4)
 
 
 def _points(frame: pd.DataFrame, along: AxisSection, name: str) -> pd.DataFrame:
@@ -284,10 +304,3 @@ def _points(frame: pd.DataFrame, along: AxisSection, name: str) -> pd.DataFrame:
     y = frame[name].map(lambda text: json.loads(text or "[]")) if name == SAMPLES else frame[name]
     points = pd.DataFrame({"x": _Axis(along, frame).places, "y": y.tolist(), "way": frame["direction"].tolist()})
     return points.explode("y").astype({"y": float})
-
-
-def _prefix(largest: float, unit: str) -> tuple[float, str]:
-    """Return factor and prefix of a unit for values up to the largest."""
-    if unit in ("1", ""):
-        return 1.0, ""
-    return next(((factor, name) for factor, name in _PREFIXES if largest >= factor), (1.0, ""))

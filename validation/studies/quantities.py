@@ -21,7 +21,7 @@ from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import RATES, value_at
 from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, SECTION_FORCES
 from oblique_impact.problem import beam_of
-from oblique_impact.scenario.messages import did_you_mean
+from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -321,7 +321,7 @@ def _of_period(key: str) -> Callable[[History], float]:
 
 def _event_time(history: History, number: int) -> float:
     if len(history.events) <= number:
-        raise GapError(f"has {len(history.events)} events")
+        raise GapError(f"has {counted(len(history.events), 'event')}")
     return float(history.events[number].time)
 
 

@@ -290,7 +290,8 @@ def study_data(result: StudyResult) -> dict[str, Any]:
 
 def report(result: StudyResult) -> Report:
     """Return the report."""
-    rows = []
+    bases = {part.ladder.name: part.ladder.base for part in result.ladders}
+    several, rows = len(bases) > 1, []
     for part in result.ladders:
         for item in part.results:
             a, q = item.analysis, item.quantity
@@ -298,11 +299,12 @@ def report(result: StudyResult) -> Report:
             # what has no limit over modes has converged at one number of them only
             kind = "partly" if a.verdict == CONVERGED and item.without_limit else VERDICTS[a.verdict]
             unit, uncertainty = shown_unit(q.unit), cell(a.uncertainty, 2)
-            row = [part.ladder.name, q.meaning, finest, limit, uncertainty, unit, Cell(a.words, kind), a.reason]
-            rows.append(row)
-    columns = ["refined", "quantity", "finest value", "limit", "uncertainty", "unit", "verdict", "because"]
+            name = [part.ladder.name if item is part.results[0] else ""]  # once for all its quantities
+            row = [q.meaning, finest, limit, uncertainty, unit, Cell(a.words, kind), a.reason]
+            rows.append([*name, *row] if several else row)
+    columns = ["quantity", "finest value", "limit", "uncertainty", "unit", "verdict", "because"]
+    columns = ["refined", *columns] if several else columns
     caption = "Verdicts; limits are given where the order is confirmed"
-    bases = {part.ladder.name: part.ladder.base for part in result.ladders}
     refined = "What is refined changes from level to level."
     return Report(
         f"Refinement study: {result.study.title}",
@@ -310,11 +312,11 @@ def report(result: StudyResult) -> Report:
         result.seconds,
         facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
         overview=[
-            Table(columns, rows, caption, wide=[0, 1, 7]),
-            *([differing(bases)] if len(bases) > 1 else map(_picture, result.ladders)),
+            Table(columns, rows, caption, wide=[0, 1, 7] if several else [0, 6]),
+            *([differing(bases)] if several else map(_picture, result.ladders)),
         ],
         sections=[
-            *(_section(part, len(bases) > 1) for part in result.ladders),
+            *(_section(part, several) for part in result.ladders),
             *parameters(bases, refined),
             Section("How a verdict is found", [*map(Text, RULE)]),
         ],

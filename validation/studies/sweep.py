@@ -14,6 +14,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import write_text
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell, shown_unit
 from oblique_impact.validation.report.parameters import parameters
@@ -160,19 +161,21 @@ def warned(frame: pd.DataFrame) -> list[tuple[int, str, str]]:
 def lines(result: SweepResult) -> list[str]:
     """Return how a sweep went in lines, for a terminal."""
     frame, earlier = result.frame, result.earlier
-    found = [f"{len(frame)} runs: {', '.join(f'{count} {name}' for name, count in result.outcomes.items())}"]
+    found = [
+        f"{counted(len(frame), 'run')}: {', '.join(f'{count} {name}' for name, count in result.outcomes.items())}"
+    ]
     if earlier:
         found.append(f"  {earlier} of them were there before")
     new = len(frame) - earlier - len(result.plan.impossible)
     if new:
-        found.append(f"  {new} runs in {result.seconds:.1f} s, {new / result.seconds:.1f} runs/s")
+        found.append(f"  {counted(new, 'run')} in {result.seconds:.1f} s, {new / result.seconds:.1f} runs/s")
     for row in result.unfinished.head(1).to_dict("records"):
         found.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
     warnings = warned(frame)
     for count, run, text in warnings[:_SHOWN]:
         found.append(f"  warning of {count} of {len(frame)} runs, the first run {run}: {text}")
     if len(warnings) > _SHOWN:
-        found.append(f"  and {len(warnings) - _SHOWN} other warnings, in the column warnings")
+        found.append(f"  and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
     return found
 
 
@@ -213,6 +216,11 @@ def report(result: SweepResult) -> Report:
     )
 
 
+def _clear(values: pd.Series[float]) -> pd.Series[float]:
+    """Return values without what is rounding beside the largest of them."""
+    return values.mask(values.abs() < 1e-12 * values.abs().max(), 0.0)
+
+
 def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
     """Return tables of what changes from run to run, and of what each run is asked for."""
     directions = []
@@ -232,7 +240,7 @@ def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
             int(values.isna().sum()),
             int(undetermined.get(q.name, 0)),
         ]
-        for q, values in ((q, frame[q.name]) for q in plan.quantities)
+        for q, values in ((q, _clear(frame[q.name])) for q in plan.quantities)
     ]
     columns = ["quantity", "symbol", "unit", "least", "largest", "missing in runs", "not determined in runs"]
     caption = (
