@@ -451,7 +451,7 @@ def report(pairs: Sequence[Comparison]) -> Report:
             differing(scenarios),
             _runs(histories, names),
             *(Text(f"{_events(pair)}.") for pair in pairs),
-            *([Table(["warning", "runs"], warnings, "Warnings.", wide=(0,))] if warnings else []),
+            Table(["warning", "runs"], warnings, "Warnings.", wide=(0,)),
             _picture(histories, names, pairs),
         ],
         sections=[*(section for pair in pairs for section in _sections_of(pair)), *parameters(scenarios)],
@@ -537,17 +537,14 @@ def _sections_of(found: Comparison) -> list[Section]:
         measures.append([name, shown_unit(row["unit"]), *cells])
     heading = ["quantity", "symbol", "unit", "range", "rms", "largest", "at (s)"]
     heading += ["rms, aligned", "largest, aligned", "at (s)"]
-    tables = [
-        ("variables", Table(heading, variables, caption)),
-        ("events", Table(columns, events, "Events; – where there is no partner.")),
-        (
-            "collisions and energies",
-            Table(["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."),
-        ),
-    ]
-    blocks = [Section(f"{right}: {title}", [table]) for title, table in tables if table.rows]
+    measured = Table(["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies.")
     skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
-    return [*blocks, *([Section(f"{right}: not compared", [Text(skipped)])] if found.skipped else [])]
+    return [
+        Section(f"{right}: variables", [Table(heading, variables, caption)]),
+        Section(f"{right}: events", [Table(columns, events, "Events; – where there is no partner.")]),
+        Section(f"{right}: collisions and energies", [measured]),
+        Section(f"{right}: not compared", [Text(skipped) if found.skipped else None]),
+    ]
 
 
 def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence[Comparison]) -> Picture:
