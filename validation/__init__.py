@@ -22,8 +22,8 @@ from oblique_impact.validation.studies.design import AxisSection as AxisSection
 from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
 from oblique_impact.validation.studies.design import SweepFile as SweepFile
 from oblique_impact.validation.studies.design import TableSection as TableSection
-from oblique_impact.validation.studies.fitting import FitResult as FitResult
-from oblique_impact.validation.studies.fitting import fit as fit
+from oblique_impact.validation.studies.fitting.fit import FitResult as FitResult
+from oblique_impact.validation.studies.fitting.fit import fit as fit
 from oblique_impact.validation.studies.periodic import PeriodicSection as PeriodicSection
 from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
 from oblique_impact.validation.studies.predictability import Predictability as Predictability
