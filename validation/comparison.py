@@ -454,7 +454,7 @@ def report(pairs: Sequence[Comparison]) -> Report:
             differing(scenarios),
             _runs(histories, names),
             *(Text(f"{_events(pair)}.") for pair in pairs),
-            *([Table(["warning", "runs"], warnings, "Warnings.", wide=(0,))] if warnings else []),
+            Table(["warning", "runs"], warnings, "Warnings.", wide=(0,)),
             _picture(histories, names, pairs),
         ],
         sections=[*(section for pair in pairs for section in _sections_of(pair)), *parameters(scenarios)],
@@ -540,23 +540,21 @@ def _sections_of(found: Comparison) -> list[Section]:
         measures.append([name, shown_unit(row["unit"]), *cells])
     heading = ["quantity", "symbol", "unit", "range", "rms", "largest", "at (s)"]
     heading += ["rms, aligned", "largest, aligned", "at (s)"]
-    tables = [
-        ("variables", Table(heading, variables, caption)),
-        ("events", Table(columns, events, "Events; – where there is no partner.")),
-        (
-            "collisions and energies",
-            Table(["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."),
+    skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
+    tables = {
+        "variables": Table(heading, variables, caption),
+        "events": Table(columns, events, "Events; – where there is no partner."),
+        "collisions and energies": Table(
+            ["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."
         ),
+    }
+    return [
+        *(
+            Section(f"{right}: {title}", [table], "", counted(len(table.rows), "row"), len(table.rows) <= _LONG)
+            for title, table in tables.items()
+        ),
+        Section(f"{right}: not compared", [Text(skipped) if found.skipped else None]),
     ]
-    blocks = [
-        Section(
-            f"{right}: {title}", [table], count=counted(len(table.rows), "row"), opened=len(table.rows) <= _LONG
-        )
-        for title, table in tables
-        if table.rows
-    ]
-    skipped = f"{', '.join(found.skipped)}: whole numbers, other coordinates, or only of one run."
-    return [*blocks, *([Section(f"{right}: not compared", [Text(skipped)])] if found.skipped else [])]
 
 
 def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence[Comparison]) -> Picture:

@@ -304,10 +304,10 @@ def report(result: Predictability) -> Report:
         "that differ by less than can be measured; where they part, the scenario does not determine what follows.",
         result.seconds,
         facts=[("runs", str(sum(len(found.frame) + len(found.failed) for found in result.cases)))],
-        overview=[_growth_picture(result)] if any(len(found.events) for found in result.cases) else [],
+        overview=[_growth_picture(result) if any(len(found.events) for found in result.cases) else None],
         sections=[
             *map(_section, result.cases),
-            *([Section("Cases", [differing(scenarios)])] if len(scenarios) > 1 else []),
+            Section("Cases", [differing(scenarios) if len(scenarios) > 1 else None]),
             *parameters(scenarios),
             Section("How a verdict is found", [*map(Text, RULE)]),
         ],
@@ -352,4 +352,4 @@ def _section(found: CaseResult) -> Section:
         "its time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves."
     )
     remarks = [Text(f"{capitalized(remark)}.", note=True) for remark in found.remarks]
-    return Section(found.name, [*remarks, *([Table(columns, rows, caption)] if rows else [])])
+    return Section(found.name, [*remarks, Table(columns, rows, caption)])
