@@ -105,19 +105,10 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
 
     What fits four durations is their mean; the interval ends where the duration is that -+ 1.96 sigma/2.
     """
-    bar = Scenario.builtin(
-        "paper",
-        [
-            *(
-                "beam.youngs_modulus=1e15",
-                "discretization.modes=1",
-                "contact.normal=spring",
-                "contact.stiffness=3e3",
-            ),
-            *("contact.friction=frictionless", "gravity=0", "initial.angle=0.01", "initial.angular_velocity=-1"),
-            *("slope.angle=0", "slope.origin=[0,0]", "end_time=0.2", "solver.output_interval=1e-2"),
-        ],
-    )
+    keys = "beam.youngs_modulus=1e15 discretization.modes=1 contact.normal=spring contact.stiffness=3e3 gravity=0 "
+    keys += "contact.friction=frictionless initial.angle=0.01 initial.angular_velocity=-1 slope.angle=0 "
+    keys += "slope.origin=[0,0] end_time=0.2 solver.output_interval=1e-2"
+    bar = Scenario.builtin("paper", keys.split())
     times = np.array([0.0385, 0.0392, 0.0390, 0.0381])
     header = "collision_duration [ms], collision_duration +- [us]"
     data = written(tmp_path / "t.csv", header, 1e3 * times, [1e6 * deviation] * 4)
@@ -169,18 +160,13 @@ def test_sensors_on_a_rigid_pendulum():
 
     M(x) = (m g/4 L^2) cos theta x (L - x)^2: the part outside of x weighs more than its inertia holds it.
     """
-    rod = Scenario.builtin(
-        "paper",
-        [
-            "contact.enabled=false",
-            "beam.youngs_modulus=1e14",
-            "initial.angle=0.5",
-            "end_time=0.3",
-            "discretization.modes=1",
-            "beam.outer_fibre=0.01",
-            "beam.kelvin_voigt=1e-4",
-        ],
+    stiff = (
+        "beam.youngs_modulus=1e14",
+        "beam.outer_fibre=0.01",
+        "beam.kelvin_voigt=1e-4",
+        "discretization.modes=1",
     )
+    rod = Scenario.builtin("paper", [*stiff, "contact.enabled=false", "initial.angle=0.5", "end_time=0.3"])
     history, times, x = simulate(rod), np.array([0.05, 0.12345, 0.3]), 0.3
     theta, spin = history["theta"].interp(time=times).values, history["theta_dot"].interp(time=times).values
     read = {
