@@ -138,6 +138,16 @@ def test_a_ball_that_bounces_under_fixed_steps_does_not_sink():
     assert np.abs(history["gap"].values[resting]).max() <= 8.0 * GRAVITY * h**2
 
 
+def test_a_contact_that_a_fixed_step_notices_late_is_pushed_out_though_a_force_lifts_it():
+    """Stabilization outweighs 5 m/s^2 until it has brought the block out of the ground, within (pi/2) / beta."""
+    block, scheme = Block(lambda t, q, qd: (0.0, 5.0)), FixedStepScheme(1e-4, 1e-4)
+    start, options = ([0.0, 0.05], [0.0, -1.0]), {"scheme": scheme, "baumgarte": Baumgarte(20.0, 1e6)}
+    history = completed(simulate_system(block, *start, 0.1, **options))
+    assert kinds_of(history) == ["impact", "release"]
+    landed, left = times_of(history)
+    assert left - landed < 0.5 * pi / 1e3
+
+
 # --- runs that end by name, short flights ---------------------------------------------------------------------
 
 
