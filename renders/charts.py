@@ -33,7 +33,11 @@ _FAINT = 0.3  # strength of the future
 _LABEL, _AXIS = 9.5, 10.5  # points, where text has 10
 _BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
 _STEPS = [1, 2, 2.5, 5, 10]  # between labels of an axis, times a power of ten
-_PREFIXES = ((1e10, 1e9, "G"), (1e7, 1e6, "M"), (1e4, 1e3, "k"))  # from which value on, size, name
+#: from which value on, size, name
+_PREFIXES = (
+    *((1e10, 1e9, "G"), (1e7, 1e6, "M"), (1e4, 1e3, "k"), (0.1, 1.0, "")),
+    *((1e-4, 1e-3, "m"), (1e-99, 1e-6, "µ")),
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ def draw_curves(
     """Draw curves of one unit, and the contacts of the first run of a story, over the film time of `course`.
 
     The axes, of some `size` (pixels), get pixels from their left end; lines have some `width` (points), and there
-    are at most so many `ticks` along both axes.  Returns the prefix of the unit: k, M or G of large values.
+    are at most so many `ticks` along both axes.  Returns the prefix of the unit, as `unit_for`.
     """
     first, last = course.times[[0, -1]]
     per_second = size[0] / (course.duration or 1.0)
@@ -69,9 +73,7 @@ def draw_curves(
             start, end = course.film_at(np.array([contact.start, contact.end])) * per_second
             axes.axvspan(start, end, color=story.style.colours.line, alpha=0.6, linewidth=0)
     shown = [(curve, (curve.time >= first) & (curve.time <= last)) for curve in curves]
-    values = np.concatenate([np.abs(curve.values[inside]) for curve, inside in shown])
-    largest = float(values[np.isfinite(values)].max(initial=0.0))
-    unit, prefix = next(((unit, name) for least, unit, name in _PREFIXES if largest >= least), (1.0, ""))
+    unit, prefix = unit_for([curve.values[inside] for curve, inside in shown])
     for curve, inside in shown:
         if not inside.any():
             continue
@@ -86,6 +88,13 @@ def draw_curves(
     mark_times(axes, course, size[0], ticks[0])
     axes.yaxis.set_major_locator(MaxNLocator(ticks[1], steps=_STEPS))
     return prefix
+
+
+def unit_for(values: Sequence[Array] | Sequence[list[float]]) -> tuple[float, str]:
+    """Return the unit in which values, in SI units, read well: its size and its prefix, from µ to G."""
+    sizes = np.abs(np.concatenate(values))
+    largest = float(sizes[np.isfinite(sizes)].max(initial=0.0))
+    return next(((unit, name) for least, unit, name in _PREFIXES if largest >= least), (1.0, ""))
 
 
 def mark_times(axes: Axes, course: TimeMap, width: float, most: int) -> None:
@@ -189,11 +198,11 @@ def first_chart(story: Story) -> tuple[str, str, list[Curve]]:
     """Return title, unit and curves of what moves the beam: contact forces, or its deflection without contact."""
     if any(geometry.scenario.contact.enabled and geometry.peak_force > 0.0 for geometry in story.geometries):
         return "normal force" if len(story.geometries) > 1 else "contact force", "N", force_curves(story)
-    deflections = [1e3 * geometry.values("deflection") for geometry in story.geometries]
+    deflections = [geometry.values("deflection") for geometry in story.geometries]
     if len(deflections) > 1:
-        return "deflection", "mm", _one_for_each_run(story, deflections)
+        return "deflection", "m", _one_for_each_run(story, deflections)
     colour = story.style.colours.energies[1]
-    return "deflection", "mm", [Curve(story.geometries[0].times, deflections[0], colour, "of the tip")]
+    return "deflection", "m", [Curve(story.geometries[0].times, deflections[0], colour, "of the tip")]
 
 
 def force_curves(story: Story) -> list[Curve]:
@@ -213,21 +222,29 @@ def force_curves(story: Story) -> list[Curve]:
     ]
 
 
-def energy_curves(story: Story) -> list[Curve]:
-    """Return kinetic, elastic, gravity, stop and total energy of one history; the totals of several."""
+def energy_chart(story: Story) -> tuple[str, str, list[Curve]]:
+    """Return title, unit and curves: kinetic, elastic, gravity, stop and total energy of one history.
+
+    Of several they are the totals.  Where gravity's energy, counted from the root, keeps farther from zero in the
+    first history than it moves, they are changes since the start: the weight of a strip that stands or hangs
+    would hide them.
+    """
     theme, kinds = story.style.colours, ("kinetic", "elastic", "gravity")
     parts = [
         [*(geometry.values(f"energy_{kind}") for kind in kinds), stop_energy(geometry)]
         for geometry in story.geometries
     ]
+    title, gravity = "energy", parts[0][2]
+    if np.ptp(gravity) < np.abs(gravity).min():
+        title, parts = "energy change", [[values - values[0] for values in part] for part in parts]
     totals = [np.sum(part, axis=0) for part in parts]
     if len(totals) > 1:
-        return _one_for_each_run(story, totals)
+        return title, "J", _one_for_each_run(story, totals)
     rows = zip(parts[0], (*theme.energies, theme.series[1]), (*kinds, "stop"), strict=True)
     time = story.geometries[0].times
     curves = [Curve(time, values, colour, label) for values, colour, label in rows]
     shown = curves if parts[0][3].any() else curves[:3]
-    return [*shown, Curve(time, totals[0], theme.ink, "total")]
+    return title, "J", [*shown, Curve(time, totals[0], theme.ink, "total")]
 
 
 def stop_energy(geometry: BeamGeometry) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.contact.state import State
-from oblique_impact.renders.charts import Chart, energy_curves, first_chart
+from oblique_impact.renders.charts import Chart, energy_chart, first_chart
 from oblique_impact.renders.layout import Box, lay_out
 from oblique_impact.renders.scene import Panel, Scene, View
 from oblique_impact.renders.sheet import HEADING, LINE, NAME, SMALL, STATE, Sheet
@@ -60,8 +60,8 @@ class Composer:
             # it lies over the picture
             self.sheet.move(*self.sheet.scale_bar(*place, self.scene.views[-1].scale_bar(0.22 * width)))
         self._charts = []
-        curves = (first_chart(story), ("energy", "J", energy_curves(story)))
-        for (what, unit, found), box in zip(curves, plan.charts, strict=False):
+        charts = first_chart(story), energy_chart(story)
+        for (what, unit, found), box in zip(charts, plan.charts, strict=False):
             assert self.timeline is not None
             self._charts.append(Chart(self.sheet, found, f"{what} ({unit})", box, self.timeline.course, story))
 
@@ -201,9 +201,9 @@ class Composer:
         geometry = self.story.geometries[0]
         k = geometry.index(time)
         force = float(np.linalg.norm(geometry.pushes(k), axis=1)[geometry.close_contact(k)])
-        words["force"] = (
-            (f"{self._force}{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
-        )
+        known = f"{force:.0f}" if force >= 100.0 else f"{force:#.3g}"
+        pushes = force > 1e-3 * geometry.peak_force
+        words["force"] = (f"{self._force}{known} N", theme.arrow) if pushes else ("no contact force", theme.dim)
         gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
         # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility
         words["gap"] = (f"gap {gap} mm" + (f", drawn {drawn}" if drawn != gap else ""), theme.dim)

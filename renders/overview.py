@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
-from oblique_impact.renders.charts import Curve, energy_curves
+from oblique_impact.renders.charts import energy_chart, unit_for
 from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.files import Drawing, save_figure
 from oblique_impact.renders.geometry import contact_gap
@@ -26,6 +26,7 @@ from oblique_impact.renders.style import LIGHT, Style, Theme, figure_style
 _AS_TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42}
 _MARKERS = ("o", "s", "^")  # free, slip, stick
 _DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+_APART = 0.045  # over the extent of the motion: labels that are closer would cover each other
 _LOSSES = ("impact", "friction", "damping", "scheme")
 
 
@@ -91,28 +92,33 @@ def _curves(histories: dict[str, History], theme: Theme) -> Iterator[tuple[Histo
 def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
     geometry = story.geometries[0]
     history, times = geometry.history, geometry.times
-    # equal steps of angle rather than of time: the beam starts slowly
-    theta = history["theta"].values[: int(np.searchsorted(times, end)) + 1]
+    # equal steps of the tip's way rather than of time: the beam starts slowly
+    steps = np.diff([history[name].values[: int(np.searchsorted(times, end)) + 1] for name in ("tip_x", "tip_y")])
+    way = np.append(0.0, np.nancumsum(np.hypot(*steps)))
+    samples = np.searchsorted(way, np.linspace(0.0, way[-1], 6))
     edge = 1.2 if story.thickness > 1.0 else 0.0  # so that a thin beam can be seen
-    for wanted in np.linspace(theta[0], theta[-1], 6):
-        sample = int(np.argmin(np.abs(theta - wanted)))
-        last = sample >= theta.size - 2
-        axes.fill(*geometry.outline(sample).T, color=theme.states[0], alpha=1.0 if last else 0.35, linewidth=edge)
-        axes.annotate(
-            f"{times[sample]:.3f} s",
-            geometry.stations_at(sample)[-1],
-            xytext=(7, -16 if last else 3),
-            textcoords="offset points",
-            fontsize=7.5,
-            color=theme.dim,
-        )
+    for sample in samples:
+        strength = 1.0 if sample == samples[-1] else 0.35
+        axes.fill(*geometry.outline(sample).T, color=theme.states[0], alpha=strength, linewidth=edge)
     for obstacle in story.obstacles:
         axes.fill(*obstacle.outline.T, color=theme.slope, gid="slope")
         axes.plot(*obstacle.surface.T, color=theme.slope_edge, linewidth=1.6)
     axes.plot(history["tip_x"], history["tip_y"], color=theme.dim, linewidth=0.7, linestyle=":")
     axes.plot(0.0, 0.0, "o", color=theme.ink, markersize=7, zorder=5)
+    labelled = np.full(2, np.inf)
+    for sample in samples[::-1]:
+        tip, last = geometry.stations_at(sample)[-1], sample == samples[-1]
+        if np.hypot(*(tip - labelled)) > _APART * max(axes.dataLim.size):
+            # that of the last position lies ahead of it
+            offset = 7.0, (4.0 if steps[1].sum() > 0.0 else -16.0) if last else 3.0
+            label = axes.annotate(f"{times[sample]:.3f} s", tip, xytext=offset, textcoords="offset points")
+            label.set(fontsize=7.5, color=theme.dim)
+            labelled = tip
     axes.annotate(geometry.inner_point, (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
     axes.margins(x=0.12, y=0.14)
+    # of an upright beam the panel is not narrower than its labels
+    middle, half = np.mean(axes.get_xlim()), 0.3 * np.ptp(axes.get_ylim())
+    axes.set_xlim(min(middle - half, axes.get_xlim()[0]), max(middle + half, axes.get_xlim()[1]))
     title = "The beam up to the first impact" if history.contacts else "The beam on its way"
     axes.set(xlabel="x (m)", ylabel="y (m)", title=title, aspect="equal")
 
@@ -144,6 +150,8 @@ def _draw_force(axes: Axes, histories: dict[str, History], theme: Theme) -> None
     axes.set(xlabel="time (ms)", ylabel="normal force (N)", title=what)
     if collision:
         axes.set_xlim(1e3 * collision[0], 1e3 * collision[1])
+        shown = [history["lambda_n"].sel(time=slice(*collision)).values for history in histories.values()]
+        axes.set_ylim(top=1.06 * np.nanmax(np.concatenate(shown)))
     axes.set_ylim(bottom=0.0)
     if any(histories):  # a single run may have no name
         axes.legend()
@@ -173,7 +181,7 @@ def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
         axes.plot(history["time"], 1e3 * contact_gap(history), **style)
     for contact in first.contacts:
         axes.axvspan(contact.start, contact.end, color=theme.states[1], alpha=0.25, linewidth=0)
-    what = "what it touches" if "contact_place" in first else "the slope"
+    what = "obstacles" if "contact_place" in first else "the slope"
     title = f"Distance from {what} (contact shaded)"
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title=title, xlim=(0.0, float(first["time"][-1])))
 
@@ -189,20 +197,22 @@ def _draw_free(axes: Axes, histories: dict[str, History], theme: Theme, what: tu
 
 
 def _draw_energy(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
-    first = next(iter(histories.values()))
-    whose = f" of {next(iter(histories))}" if len(histories) > 1 else ""
-    parts: list[Curve] = []
-    for history, style in _curves(histories, theme):
-        *found, total = energy_curves(story_of([history], Style(deformation=1.0)))
+    first, *others = histories.values()
+    whose = f" of {next(iter(histories))}" if others else ""
+    title, _, (*parts, total) = energy_chart(story_of([first]))
+    totals = energy_chart(story_of([first, *others], names=list(histories)))[2] if others else [total]
+    unit, prefix = unit_for([curve.values for curve in (*parts, *totals)])
+    for curve, (_, style) in zip(totals, _curves(histories, theme), strict=False):
         label = f"total of {style['label']}" if whose else "total"
-        axes.plot(total.time, total.values, linewidth=1.8, **style | {"label": label})
-        parts = parts or found
+        axes.plot(curve.time, curve.values / unit, linewidth=1.8, **style | {"label": label})
     for part, colour in zip(parts, (*theme.energies, theme.series[1]), strict=False):
-        axes.plot(part.time, part.values, color=colour, linewidth=0.8, label=f"{part.label}{whose}")
-    axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
+        axes.plot(part.time, part.values / unit, color=colour, linewidth=0.8, label=f"{part.label}{whose}")
+    axes.set(xlabel="time (s)", ylabel=f"{title} ({prefix}J)", title=title.capitalize())
+    axes.set_xlim(0.0, float(first["time"][-1]))
     if axes.dataLim.ymin >= 0.0:
         axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=7.5, columnspacing=1.2)
+    columns = 3 if others else len(parts) + 1
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=columns, fontsize=7.5, columnspacing=1.2)
 
 
 def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
@@ -222,20 +232,21 @@ def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -
 
 
 def _draw_losses(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
-    width, drawn = 0.8 / len(histories), False
-    for number, (history, style) in enumerate(_curves(histories, theme)):
-        energy = history.summary["energy"]
+    width, rows = 0.8 / len(histories), []
+    for energy in (history.summary["energy"] for history in histories.values()):
         # what rounding leaves is nothing: it would be all there is to see of a run that loses none
         noise = 1e-9 * max(abs(energy["initial"]), abs(energy["kinetic"]) + abs(energy["elastic"]))
-        values = [lost if abs(lost) > noise else 0.0 for lost in (energy[f"lost_{kind}"] for kind in _LOSSES)]
+        rows.append([lost if abs(lost) > noise else 0.0 for lost in (energy[f"lost_{kind}"] for kind in _LOSSES)])
+    unit, prefix = unit_for(rows)
+    for number, ((_, style), lost) in enumerate(zip(_curves(histories, theme), rows, strict=False)):
         places = np.arange(len(_LOSSES)) + (number - 0.5 * (len(histories) - 1)) * width
-        drawn |= any(values)
-        bars = axes.bar(places, values, width=0.92 * width, color=style["color"], label=style["label"])
-        axes.bar_label(bars, labels=[f"{v:.3g}" if abs(v) > 1e-9 else "0" for v in values], fontsize=7, padding=2)
-    axes.set(ylabel="energy lost (J)", title="Where the energy went")
+        heights = np.array(lost) / unit
+        bars = axes.bar(places, heights, width=0.92 * width, color=style["color"], label=style["label"])
+        axes.bar_label(bars, labels=[f"{height:.3g}" for height in heights], fontsize=7, padding=2)
+    axes.set(ylabel=f"energy lost ({prefix}J)", title="Where the energy went")
     axes.set_xticks(range(len(_LOSSES)), _LOSSES)
     axes.margins(y=0.15)
-    if not drawn:
+    if not np.any(rows):
         axes.set_ylim(0.0, 1.0)
     if any(histories):
         axes.legend()

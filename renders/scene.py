@@ -37,6 +37,7 @@ _TRACE_POINTS = 600
 _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
 _CLOSE_ARROW = 0.36  # length of the largest force's arrow there, over that height
+_WIDE = 1.5  # half width over half depth, from which on a beam is seen from its side there
 _ZONE_POINTS = 32  # along the line that shows a zone of contact
 _IN_FRONT = -1e6  # units of depth by which arrow and contact point are drawn in front of the slope
 #: of the soft shadow of a beam
@@ -113,15 +114,18 @@ class View:
         self.style, self.theme, self.close = style, style.colours, panel.close
         #: pixels of the window in the width of a thin line
         self.stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
+        shown = [story.geometries[n].true if panel.close else story.drawn[n] for n in panel.runs]
+        # from close by a wide beam would hide the line along which it touches
+        flat = panel.close and shown[0].half_width > _WIDE * shown[0].touch_radius
+        camera = CAMERAS["front" if flat else style.camera]
         #: unit vectors (3,) from the scene to the eye, and (2, 3) to the right and upward in the picture
-        self.eye = CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
+        self.eye = camera / np.linalg.norm(camera)
         if story.obstacles and np.mean([obstacle.normal[0] for obstacle in story.obstacles]) < -0.7:
             self.eye = self.eye * (-1.0, 1.0, 1.0)  # walls to the right would hide the beam
         right = np.cross([0.0, 1.0, 0.0], self.eye)
         right /= np.linalg.norm(right)
         self.across = np.array([right, np.cross(self.eye, right)])
         plotter.set_background(self.theme.background, all_renderers=False)
-        shown = [story.geometries[n].true if panel.close else story.drawn[n] for n in panel.runs]
         solids, planes = self._add_scenery(shown[0], story)
         self._aim(shown, panel.box, solids, span)
         self.beams = [Beam(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
@@ -269,7 +273,7 @@ class Beam:
         zones = {zone.obstacle: zone for zone in self.geometry.zones(k)}
         for obstacle, band in self._bands.items():
             band.move(self.geometry, k, zones.get(obstacle))
-        places, pushes = self.geometry.contact_places(k), self.geometry.pushes(k)
+        places, pushes = self.geometry.near_places(k), self.geometry.pushes(k)
         for force, place, push in zip(self._forces, places, pushes, strict=bool(self._forces)):
             force.move(place, push, self.geometry.peak_force)
         if self._trace:
@@ -305,6 +309,7 @@ class Beam:
     def _show_ghosts(self, time: float) -> None:
         """Show the last few of the ghosts, each a little after its instant, fainter with age."""
         times, theme = self.geometry.times, self._view.theme
+        deep = max(self.geometry.half_width, float(self.geometry.radii.max()))
         newest = int(np.floor(_GHOST_TIMES * (time - times[0]) / (times[-1] - times[0] or np.inf) - 0.25))
         for number, actor in enumerate(self._ghosts):
             age = newest - number
@@ -315,7 +320,7 @@ class Beam:
                 mixture = part * np.array(to_rgb(theme.ghost)) + (1.0 - part) * np.array(to_rgb(theme.background))
                 actor.prop.color = tuple(mixture)
                 # away from the eye, where it covers nothing and is seen at the same place
-                actor.position = -4.0 * (age + 1) * self.geometry.radii.max() * self._view.eye
+                actor.position = -4.0 * (age + 1) * deep * self._view.eye
 
 
 class Band:
@@ -335,10 +340,9 @@ class Band:
         for actor in self._actors:
             actor.visibility = shown
         if zone is not None and shown:
-            along, face = np.linspace(zone.first, zone.last, _ZONE_POINTS), geometry.face(k, zone.side)
-            self._mesh.points = np.stack(
-                [*(np.interp(along, geometry.stations, column) for column in face.T), 0.0 * along], axis=1
-            )
+            along = np.linspace(zone.first, zone.last, _ZONE_POINTS)
+            columns = *geometry.face(k, zone.side).T, geometry.near_edge
+            self._mesh.points = np.stack([np.interp(along, geometry.stations, c) for c in columns], axis=1)
 
 
 class Force:
@@ -360,14 +364,14 @@ class Force:
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, depth * _IN_FRONT)
             actor.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(depth * _IN_FRONT)
 
-    def move(self, touched: Array, push: Array, peak: float) -> None:
-        """End the arrow just before a place (2,); its length grows with the root of the force (2,), in N."""
+    def move(self, place: Array, push: Array, peak: float) -> None:
+        """End the arrow just before a place (3,); its length grows with the root of the force (2,), in N."""
         size = float(np.linalg.norm(push))
         for actor in self._actors:
             actor.visibility = size > 1e-3 * peak
         if not size > 1e-3 * peak:
             return
-        place, along = np.append(touched, 0.0), np.append(push / size, 0.0)
+        along = np.append(push / size, 0.0)
         across = np.array([-along[1], along[0], 0.0])
         pixel = self._view.pixel * self._view.stroke / SUPERSAMPLING
         length = self._view.longest_arrow * float(np.sqrt(size / peak))

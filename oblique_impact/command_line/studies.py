@@ -213,8 +213,8 @@ def fit(
 ) -> None:
     """Find keys of a scenario from measured data; writes report.html, results.json, .csv and scenario.toml."""
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies.fitting import fit as compute
-    from oblique_impact.validation.studies.fitting import lines
+    from oblique_impact.validation.studies.fitting.fit import fit as compute
+    from oblique_impact.validation.studies.fitting.fit import lines
 
     base = Scenario.load(scenario, changes or [])
     how: dict[str, Any] = {"starts": starts, "out": out, "workers": workers, "name": scenario}

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from oblique_impact.renders.charts import Curve, draw_curves, energy_curves, first_chart, mark_times
+from oblique_impact.renders.charts import Curve, draw_curves, energy_chart, first_chart, mark_times, unit_for
 from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.player.selection import evenly
 from oblique_impact.renders.story import Story
@@ -36,7 +36,7 @@ class PageChart:
 
     name: str
     title: str
-    unit: str  # of the vertical axis, with its prefix
+    unit: str  # of curves and vertical axis, with its prefix
     curves: list[Curve]  # their colours are variables of the page's style sheet
     svg: str
     times: list[tuple[float, str]]
@@ -52,9 +52,7 @@ def page_charts(story: Story) -> list[PageChart]:
     """
     story = replace(story, style=replace(story.style, theme="light"))
     geometry = story.geometries[0]
-    title, unit, curves = first_chart(story)
-    first = _chart(story, "force", title.capitalize(), unit, curves)
-    charts = [first, _chart(story, "energy", "Energy", "J", energy_curves(story))]
+    charts = [_chart(story, "force", *first_chart(story)), _chart(story, "energy", *energy_chart(story))]
     return [*charts, _places(story)] if geometry.anywhere and geometry.history.contacts else charts
 
 
@@ -69,10 +67,13 @@ def variables(theme: Theme) -> dict[str, str]:
 
 
 def _chart(story: Story, name: str, title: str, unit: str, curves: list[Curve]) -> PageChart:
-    def draw(axes: Axes) -> str:
-        return draw_curves(axes, curves, story, story.time_map, _SIZE, _TICKS, 1.5)
+    size, prefix = unit_for([curve.values for curve in curves])
+    curves = [replace(curve, values=curve.values / size) for curve in curves]
 
-    return _drawn(story, name, title, unit, curves, draw)
+    def draw(axes: Axes) -> None:
+        draw_curves(axes, curves, story, story.time_map, _SIZE, _TICKS, 1.5)
+
+    return _drawn(story, name, title, prefix + unit, curves, draw)
 
 
 def _places(story: Story) -> PageChart:
@@ -80,7 +81,7 @@ def _places(story: Story) -> PageChart:
     course, width = story.time_map, _SIZE[0]
     scales: list[ScalarMappable] = []
 
-    def draw(axes: Axes) -> str:
+    def draw(axes: Axes) -> None:
         def at(times: Array) -> Array:
             return course.film_at(times) * width / (course.duration or 1.0)
 
@@ -88,7 +89,6 @@ def _places(story: Story) -> PageChart:
         scales.append(draw_contact_map(axes, story.histories[0], LIGHT, (first, last), at))
         mark_times(axes, course, width, _TICKS[0])
         axes.yaxis.set_major_locator(MaxNLocator(_TICKS[1]))
-        return ""
 
     chart = _drawn(story, "places", "Place of contact", "m", [], draw, _MAP_SIZE)
     scale: Any = scales[0]
@@ -103,15 +103,15 @@ def _drawn(
     title: str,
     unit: str,
     curves: list[Curve],
-    draw: Callable[[Axes], str],
+    draw: Callable[[Axes], None],
     size: tuple[int, int] = _SIZE,
 ) -> PageChart:
-    """Return a chart of some `size` (pixels) that `draw` draws, which returns the prefix of the unit."""
+    """Return a chart of some `size` (pixels) that `draw` draws."""
     course, (width, height) = story.time_map, size
     with figure_style(LIGHT):
         figure = Figure(figsize=(width / 72.0, height / 72.0), dpi=72)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        prefix = draw(axes)
+        draw(axes)
         axes.ticklabel_format(axis="y", style="plain", useOffset=False)
         times, values = _labels(axes.xaxis, axes.get_xlim()), _labels(axes.yaxis, axes.get_ylim())
         events = evenly(story.histories[0].events)
@@ -130,7 +130,7 @@ def _drawn(
         looks.setdefault(colour, f"var(--{variable})")
         svg = svg.replace(colour, looks[colour])
     curves = [replace(curve, colour=looks[curve.colour]) for curve in curves]
-    return PageChart(name, f"{title} ({unit})", prefix + unit, curves, svg, times, values)
+    return PageChart(name, f"{title.capitalize()} ({unit})", unit, curves, svg, times, values)
 
 
 def _labels(axis: Axis, ends: tuple[float, float]) -> list[tuple[float, str]]:

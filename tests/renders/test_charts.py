@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders import campbell, overview
-from oblique_impact.renders.charts import Chart, Curve, energy_curves, force_curves
+from oblique_impact.renders.charts import Chart, Curve, energy_chart, force_curves
 from oblique_impact.renders.contact_map import contact_pieces
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.sheet import Sheet
@@ -30,13 +30,13 @@ def test_each_curve_has_its_name_and_colour(story, run):
     ]
     for curves, expected in (
         (force_curves(story), forces),
-        (energy_curves(story), [*kinds, ("total", theme.ink, history.total_energy)]),
+        (energy_chart(story)[2], [*kinds, ("total", theme.ink, history.total_energy)]),
         (
             force_curves(two),
             [("a", theme.series[0], history["lambda_n"]), ("b", theme.series[1], other["lambda_n"])],
         ),
         (
-            energy_curves(two),
+            energy_chart(two)[2],
             [("a", theme.series[0], history.total_energy), ("b", theme.series[1], other.total_energy)],
         ),
     ):
@@ -49,9 +49,22 @@ def test_the_total_energy_on_elastic_pegs_counts_what_each_of_them_stores():
     pegs = "obstacles=[{kind='point', origin=[0.4,-0.02], stiffness=3e5}, {kind='point', origin=[0.7,-0.036]}]"
     keys = "contact.normal=spring contact.friction=frictionless end_time=0.45"
     history = simulate(Scenario.builtin("two-pegs", [*keys.split(), pegs]))
-    curves = {curve.label: curve.values for curve in energy_curves(story_of([history]))}
+    curves = {curve.label: curve.values for curve in energy_chart(story_of([history]))[2]}
     assert curves["stop"].max() > 0.1
     np.testing.assert_allclose(curves["total"], history.balance["initial"], rtol=1e-9)
+
+
+def test_energies_of_a_strip_that_stands_count_from_the_start(run):
+    """Its weight alone would be all there is to see; those of runs side by side have one way to count."""
+    history = run("shaken", "end_time=0.2")
+    title, unit, curves = energy_chart(story_of([history]))
+    energy = history.summary["energy"]
+    gained = energy["supplied"] - sum(energy[f"lost_{cause}"] for cause in ("impact", "damping"))
+    assert (title, unit) == ("energy change", "J")
+    assert curves[-1].values[-1] == pytest.approx(gained, rel=1e-9)
+    several = energy_chart(story_of([history, run("paper")], names=["a", "b"]))
+    assert several[0] == title
+    np.testing.assert_array_equal(several[2][0].values, curves[-1].values)
 
 
 def charted(story, curves, label, course=None):

@@ -133,6 +133,10 @@ def test_the_drawn_solid_is_that_of_the_section(shape):
     np.testing.assert_allclose(np.ptp(offsets[:, :, 1], axis=1), heights, rtol=1e-12)
     np.testing.assert_allclose(np.ptp(offsets[:, :, 2], axis=1), width, rtol=1e-12)
     assert geometry.half_width == pytest.approx(width / 2.0, rel=1e-12)
+    # one with corners touches along a line across it, whose near end is shown
+    np.testing.assert_allclose(
+        2.0 * geometry.near_places(0)[:, 2], width if shape in ("rectangle", "i-beam") else 0.0
+    )
     # top and bottom are where the outline is drawn
     np.testing.assert_allclose(offsets[0, [0, SIDES // 2], 1], [geometry.radii[0], -geometry.radii[0]])
     last = geometry.times.size - 1

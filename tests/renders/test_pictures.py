@@ -88,6 +88,16 @@ def test_the_eye_is_on_the_side_of_the_beam_and_not_behind_the_stop(run, case):
     assert all(scene.views[0].eye[:2] @ obstacle.normal > 0.1 for obstacle in story.obstacles)
 
 
+def test_the_close_view_of_a_wide_strip_looks_along_the_line_on_which_it_touches(run):
+    story = story_of([run("paper", *SLENDER)], Style(size=SIZE))
+    scene = Scene(story, [Panel((0, 0, *SIZE), [0], close=True)], SIZE)
+    near = story.geometries[0].near_places(0)
+    ends = projected(scene, np.concatenate([near, near * (1.0, 1.0, -1.0)]))
+    scene.close()
+    assert near[0, 2] == pytest.approx(0.01)
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
+
+
 def test_the_arrow_points_along_the_force_to_the_contact_point(story, strongest):
     """Of the sign that the slope pushes with, as long as the root of the force; none in flight."""
     geometry = story.geometries[0]

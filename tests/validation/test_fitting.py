@@ -10,9 +10,9 @@ from scipy.stats import binom
 from scipy.stats import t as student
 
 from oblique_impact import Scenario, simulate
+from oblique_impact.history.axis_motion import sensor_reading
 from oblique_impact.problem import beam_of
 from oblique_impact.validation import fit
-from oblique_impact.validation.studies.measured import along_beam
 from oblique_impact.validation.studies.parallel import map_parallel
 
 # a steel strip, clamped, falls onto an elastic stop 2 mm below it, twice in a tenth of a second
@@ -45,7 +45,7 @@ def repetition(task):
 
 @pytest.fixture(scope="module")
 def exact():
-    return along_beam(simulate(STRIP), "displacement", 0.2, TIMES)
+    return sensor_reading(simulate(STRIP), "displacement", 0.2, TIMES)
 
 
 def misses(results):
@@ -65,7 +65,7 @@ def test_95_of_100_intervals_hold_the_true_value(tmp_path, exact):
 
 def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_path, cli, exact):
     """By the command, from two sensors with noise of their own; nothing slides here, so friction has no effect."""
-    scatter, strains = np.random.default_rng(1), along_beam(simulate(STRIP), "strain", 0.03, TIMES)
+    scatter, strains = np.random.default_rng(1), sensor_reading(simulate(STRIP), "strain", 0.03, TIMES)
     displacement, strain = (
         clean + noise * scatter.standard_normal(TIMES.size) for clean, noise in ((exact, 2e-5), (strains, 1e-6))
     )
@@ -87,6 +87,9 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
         # both starts end there
         ends = [start[f"{key} to"] for start in found["starts"]]
         assert ends == pytest.approx([rows[key]["value"]] * 2, rel=1e-2)
+    assert [start["sum_of_squares"] for start in found["starts"]] == pytest.approx(
+        [found["sum_of_squares"]] * 2, rel=1e-3
+    )
     assert rows["contact.mu_static"] == {**rows["contact.mu_static"], "value": 0.3, "low": None, "high": None}
     residuals = pd.read_csv(out / "results.csv")
     # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
@@ -94,7 +97,7 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
     for column, noise, place in (("displacement@0.2 m", 2e-5, 0.2), ("strain@3 cm", 1e-6, 0.03)):
         rows_of_it = residuals[residuals["column"] == column]
         assert rows_of_it["deviation"].to_numpy() == pytest.approx(np.full(TIMES.size, noise), rel=0.3)
-        again = along_beam(fitted, column.partition("@")[0], place, TIMES)
+        again = sensor_reading(fitted, column.partition("@")[0], place, TIMES)
         assert rows_of_it["fitted"].to_numpy() == pytest.approx(again, abs=1e-3 * noise)
     assert "correlation" in (out / "report.html").read_text().lower()
 
@@ -124,7 +127,7 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
         assert math.log(end / row.value) == pytest.approx(
             math.log(stiffness(times.mean() + moved) / stiffness(times.mean())), rel=3e-2
         )
-    assert result.squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
+    assert result.sum_of_squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
 
 
 def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
@@ -148,8 +151,9 @@ def test_a_damping_that_is_not_there_gets_an_upper_end(tmp_path, exact):
     assert (low, result.warnings[0]) == (0.0, "contact.damping: these data set it no lower end")
     # there the sum of squares has grown by t^2
     stiff = STRIP.replace(contact__damping=high)
-    off = (along_beam(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise) / result.data["deviation"][0]
-    assert np.sum(off**2) - result.squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
+    off = sensor_reading(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise
+    off /= result.data["deviation"].to_numpy()
+    assert np.sum(off**2) - result.sum_of_squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
 
 
 # --- sensors
@@ -170,7 +174,7 @@ def test_sensors_on_a_rigid_pendulum():
     history, times, x = simulate(rod), np.array([0.05, 0.12345, 0.3]), 0.3
     theta, spin = history["theta"].interp(time=times).values, history["theta_dot"].interp(time=times).values
     read = {
-        kind: along_beam(history, kind, x, times)
+        kind: sensor_reading(history, kind, x, times)
         for kind in ("displacement", "velocity", "acceleration", "strain")
     }
     beam = rod.beam
@@ -189,7 +193,7 @@ def test_strain_is_that_of_the_bent_beam_and_not_of_its_damping():
     history = simulate(strip)
     o, where = beam_of(strip).operators, 8
     curvature = history["q"].values[:, 1:] @ o.stations.curvatures[where]
-    read = along_beam(history, "strain", float(o.stations.points[where]), history["time"].values[10:])
+    read = sensor_reading(history, "strain", float(o.stations.points[where]), history["time"].values[10:])
     assert read == pytest.approx(5e-4 * curvature[10:], rel=2e-2, abs=1e-7)
     at_rest = 5e-4 * 7850.0 * 2e-5 * 9.8 * (0.25 - 0.0625) ** 2 / 2.0 / (2.1e11 * strip.beam.second_moment)
     assert abs(read[-1]) == pytest.approx(at_rest, rel=0.2)

@@ -40,7 +40,6 @@ from typing import Any
 
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from oblique_impact.files import plain, save_whole
@@ -207,15 +206,6 @@ class Picture:
     name: str = ""
     block: str = "picture"
     figure: Any = None
-
-    def _repr_svg_(self) -> str:
-        """Show the picture in a notebook."""
-        return self.svg
-
-    @property
-    def markup(self) -> Markup:
-        """The picture for the template."""
-        return Markup(self.svg)
 
 
 @contextmanager

@@ -14,7 +14,6 @@ from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NODAL, SPRING
 from oblique_impact.validation.studies.ladders import Ladder, Study
-from oblique_impact.validation.studies.predictability import Case
 
 _MASSLESS = "contact.point_inertia=none"
 #: Hermite elements: frequencies, and what depends on them smoothly, converge like h^4
@@ -285,20 +284,19 @@ STUDIES: dict[str, Callable[[], Study]] = {
 }
 
 
-def predictability_cases() -> list[Case]:
+def predictability_cases() -> dict[str, Scenario]:
     """Return the cases of `--study predictability`: stops from soft to rigid, without and with damping."""
     # a spectral radius of 1: the scheme itself takes nothing out of the vibrations
     nodal = (
         *(*NODAL, FRICTIONLESS, "end_time=1.0", "solver.rho_infinity=1.0", "solver.free_step=1e-5"),
         *("solver.output_interval=1e-2", "discretization.elements=64", "solver.contact_step=2.5e-7"),
     )
-    cases = [
-        Case(f"spring of {stiffness} N/m", _paper(*nodal, SPRING, f"contact.stiffness={stiffness}"))
+    cases = {
+        f"spring of {stiffness} N/m": _paper(*nodal, SPRING, f"contact.stiffness={stiffness}")
         for stiffness in ("1e6", "1e7", "1e8", "1e9")
-    ]
+    }
     rigid = _paper(*nodal, _MASSLESS)
-    damped = rigid.replace(beam__kelvin_voigt=1e-5)
-    return [*cases, Case("rigid, undamped", rigid), Case("rigid, damped", damped)]
+    return {**cases, "rigid, undamped": rigid, "rigid, damped": rigid.replace(beam__kelvin_voigt=1e-5)}
 
 
 def shipped_study(name: str) -> Study:
