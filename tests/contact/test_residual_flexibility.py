@@ -57,14 +57,22 @@ def test_residual_stiffness_of_the_paper(modes, stiffness):
     assert found == pytest.approx(tail, rel=1e-4)
 
 
-@pytest.mark.parametrize("viscosity", [0.0, 1e-5])
-def test_the_force_of_a_spring_is_its_stiffness_times_the_variable_depth(viscosity):
-    """Whatever the modes leave out of the contact point, and however that is damped."""
-    changes = ("contact.normal=spring", "contact.friction=frictionless", "end_time=0.335")
-    history = simulate(paper(*changes, MEAN_AXIS, "discretization.modes=4", f"beam.kelvin_voigt={viscosity}"))
-    force, depth = history["lambda_n"].values, history["depth"].values
-    np.testing.assert_allclose(force, 1e6 * depth, rtol=1e-12, atol=1e-9 * force.max())
-    left = simulate(paper(*changes, "discretization.modes=4", "contact.residual_flexibility=false"))
+@pytest.mark.parametrize(("viscosity", "damping"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 0.1)])
+def test_the_force_of_a_spring_is_its_stiffness_times_the_variable_depth(viscosity, damping):
+    """Whatever the modes leave out of the contact point, and however that or the stop is damped."""
+    changes = (
+        "contact.normal=spring",
+        "contact.friction=frictionless",
+        "end_time=0.335",
+        "discretization.modes=4",
+    )
+    damped = (f"beam.kelvin_voigt={viscosity}", f"contact.damping={damping}")
+    history = simulate(paper(*changes, MEAN_AXIS, *damped))
+    force, depth, gap, rate = (history[name].values for name in ("lambda_n", "depth", "gap", "gap_rate"))
+    share = np.divide(depth, -gap, out=np.zeros_like(gap), where=gap < 0.0)  # of the depth, and so of its rate
+    expected = 1e6 * depth * (1.0 - damping * share * rate)
+    np.testing.assert_allclose(force, expected, rtol=1e-12, atol=1e-9 * force.max())
+    left = simulate(paper(*changes, "contact.residual_flexibility=false"))
     closed = left["state"].values > 0
     np.testing.assert_array_equal(left["depth"].values[closed], -np.minimum(left["gap"].values[closed], 0.0))
     assert np.max(simulate(paper("end_time=0.32"))["depth"].values) == 0.0  # a rigid stop

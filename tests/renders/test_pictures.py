@@ -157,6 +157,21 @@ def test_the_band_lies_on_the_face_from_the_first_to_the_last_closed_place(run, 
     assert np.mean(picture[y, x, 0] - picture[y, x, 2] > 100) > 0.7  # marks of forces are white
 
 
+def test_the_close_view_stays_with_a_contact_until_it_opens_and_shows_its_force(run):
+    story = story_of([run("slap", *SLAPS["below"])], Style(size=SIZE))
+    geometry = story.geometries[0]
+    closed = story.histories[0]["contact_state"].values != State.FREE
+    shown = np.array([geometry.close_contact(k) for k in range(geometry.times.size)])
+    touching, changed = np.flatnonzero(closed.any(axis=1)), np.flatnonzero(np.diff(shown)) + 1
+    assert closed[touching, shown[touching]].all()
+    assert not closed[changed, shown[changed - 1]].any()
+    k = int(np.argmax(geometry.values("contact_lambda_n").max(axis=1)))
+    with Composer(story) as composer:
+        composer.draw(geometry.times[k])
+        force = np.linalg.norm(geometry.pushes(k)[shown[k]])
+        assert f"contact force {force:.0f} N" in words(composer)
+
+
 def test_a_scale_bar_is_as_long_as_what_it_names(story):
     for camera in ("oblique", "front", "above"):
         scene, _ = alone(story, 0.1, camera=camera)

@@ -97,6 +97,8 @@ def test_a_particle_thrown_up_an_incline_turns_and_comes_back_or_stays(law, sche
     stays = chosen.static is not None and chosen.static >= np.tan(INCLINE)
     turning = [] if law == "frictionless" else ["stick" if stays else "reversal"]
     assert kinds_of(history) == turning
+    if stays:  # at once, also where the end of a step is past its stop
+        assert abs(just_after(history, "slip_rate", times_of(history)[0])) <= EVENT_ERROR
     # fixed-step: a force that jumps by `jump`, or bends, acts up to h too long at each of up to four kinks
     rate, pull = chosen.steepest * normal, abs(drive) + chosen.at(0.5) * normal
     late = (chosen.jump * normal + abs(drive) * (chosen.static is not None)) * h + 4.0 * rate * pull * h**2

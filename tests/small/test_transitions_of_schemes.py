@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from oblique_impact import History, Outcome, Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
-from oblique_impact.contact.state import State
+from oblique_impact.contact.state import Baumgarte, State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.marching import loop
 from oblique_impact.marching.fixed_step import FixedStepScheme
@@ -119,6 +119,35 @@ def test_a_mass_on_a_spring_turns_until_friction_holds_it(rho):
         assert_order(steps, places, (1.7, 2.4), 4.0 * 0.85e-3 * (100.0 * steps) ** 2)
 
 
+def test_a_ball_that_bounces_under_fixed_steps_does_not_sink():
+    """From 0.2 m with e = 0.5, without stabilization: at rest after 3 sqrt(2 h/g) = 0.606 s, at y = 0.
+
+    A bounce of speed v is the last if e v does not lift the ball out of the depth v h in which it was noticed:
+    v <= 2 g h/e^2 = 8 g h, a depth of 8 g h^2.  So about log2(v0/(8 g h)) bounces, each up to 3 h out in time.
+    """
+    ball, h, start = Particle(above=-GRAVITY), 4e-3, (np.array([0.0, 0.2]), REST)
+    options = {"impact_law": NewtonImpact(0.5), "scheme": FixedStepScheme(h, h), "baumgarte": Baumgarte(0.0, 0.0)}
+    history = completed(simulate_system(ball, *start, 0.75, **options))
+    bounces = int(np.log2(sqrt(0.4 / GRAVITY) / h)) + 4
+    assert len(history.events) <= bounces
+    for rebound in history.events[:-1]:  # each rises out of the slope, in which its step has found it
+        after = history.at(rebound.time, "right")
+        assert float(after["gap_rate"]) ** 2 / (2.0 * GRAVITY) > -float(after["gap"])
+    assert times_of(history)[-1] == pytest.approx(3.0 * sqrt(0.4 / GRAVITY), abs=3.0 * h * bounces)
+    resting = history["time"].values > times_of(history)[-1]
+    assert np.abs(history["gap"].values[resting]).max() <= 8.0 * GRAVITY * h**2
+
+
+def test_a_contact_that_a_fixed_step_notices_late_is_pushed_out_though_a_force_lifts_it():
+    """Stabilization outweighs 5 m/s^2 until it has brought the block out of the ground, within (pi/2) / beta."""
+    block, scheme = Block(lambda t, q, qd: (0.0, 5.0)), FixedStepScheme(1e-4, 1e-4)
+    start, options = ([0.0, 0.05], [0.0, -1.0]), {"scheme": scheme, "baumgarte": Baumgarte(20.0, 1e6)}
+    history = completed(simulate_system(block, *start, 0.1, **options))
+    assert kinds_of(history) == ["impact", "release"]
+    landed, left = times_of(history)
+    assert left - landed < 0.5 * pi / 1e3
+
+
 # --- runs that end by name, short flights ---------------------------------------------------------------------
 
 
@@ -200,6 +229,18 @@ def test_a_sliding_block_stops_after_many_calls():
     assert times_of(history)[0] == pytest.approx(4.0 / brake, abs=1e-6)
     assert last(history, "state") == State.STICK
     assert last(history, "slip") == pytest.approx(4.0**2 / (2.0 * brake), abs=1e-6)
+
+
+def test_a_contact_that_sticks_at_a_speed_is_brought_back_by_its_stabilization():
+    """Where the force alone decides, as in the paper: Z'' + 2 chi Z' + beta^2 Z = 0 from Z' = 1 mm/s."""
+    speed, rate, chi = 1e-3, 100.0, 10.0
+    options = {"friction": Coulomb(0.4, 0.4), "scheme": FixedStepScheme(1e-4, 1e-4, literal=True)}
+    options |= {"baumgarte": Baumgarte(2.0 * chi, rate**2), "output_interval": 1e-3}
+    history = completed(simulate_system(Particle(above=-GRAVITY), REST, np.array([speed, 0.0]), 0.1, **options))
+    assert np.all(history["state"].values[1:] == State.STICK)
+    time, own = history["time"].values, sqrt(rate**2 - chi**2)
+    exact = speed / own * np.exp(-chi * time) * np.sin(own * time)
+    assert history["slip"].values == pytest.approx(exact, abs=1e-7 * speed / own)
 
 
 @pytest.mark.parametrize("scheme", ["event", "generalized-alpha"])

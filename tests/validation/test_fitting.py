@@ -107,19 +107,10 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
 
     What fits four durations is their mean; the interval ends where the duration is that -+ 1.96 sigma/2.
     """
-    bar = Scenario.builtin(
-        "paper",
-        [
-            *(
-                "beam.youngs_modulus=1e15",
-                "discretization.modes=1",
-                "contact.normal=spring",
-                "contact.stiffness=3e3",
-            ),
-            *("contact.friction=frictionless", "gravity=0", "initial.angle=0.01", "initial.angular_velocity=-1"),
-            *("slope.angle=0", "slope.origin=[0,0]", "end_time=0.2", "solver.output_interval=1e-2"),
-        ],
-    )
+    keys = "beam.youngs_modulus=1e15 discretization.modes=1 contact.normal=spring contact.stiffness=3e3 gravity=0 "
+    keys += "contact.friction=frictionless initial.angle=0.01 initial.angular_velocity=-1 slope.angle=0 "
+    keys += "slope.origin=[0,0] end_time=0.2 solver.output_interval=1e-2"
+    bar = Scenario.builtin("paper", keys.split())
     times = np.array([0.0385, 0.0392, 0.0390, 0.0381])
     header = "collision_duration [ms], collision_duration +- [us]"
     data = written(tmp_path / "t.csv", header, 1e3 * times, [1e6 * deviation] * 4)
