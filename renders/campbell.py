@@ -30,7 +30,7 @@ def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, ou
     scenario : Scenario
         Its root decides, as in :func:`~oblique_impact.beam.frequencies.natural_frequencies`.
     speeds : sequence of float
-        Spin rates (rad/s) that are marked.
+        Spin rates (rad/s), which have a dot on each curve.
     count : int
         Flapwise and chordwise frequencies per speed.
     out : path
@@ -53,8 +53,8 @@ def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, ou
         raise InputError(
             "speeds: a Campbell diagram goes from rest to the largest of them; give one above 0 rad/s"
         )
-    rates = np.linspace(0.0, top, _POINTS)
-    found = natural_frequencies(scenario, rates.tolist(), count)
+    rates = np.union1d(np.linspace(0.0, top, _POINTS), marked)
+    found, places = natural_frequencies(scenario, rates.tolist(), count), np.searchsorted(rates, marked).tolist()
     with figure_style():
         figure = Figure(figsize=(6.4, 4.6), layout="constrained")
         axes = figure.subplots()
@@ -62,15 +62,13 @@ def campbell_diagram(scenario: Scenario, speeds: Sequence[float], count: int, ou
             ("flapwise", found.flapwise, "-", SERIES[0]),
             ("chordwise", found.chordwise, "--", SERIES[1]),
         ):
-            lines = axes.plot(rates, table, color=colour, linestyle=dash)
+            lines = axes.plot(rates, table, "o", color=colour, linestyle=dash, markevery=places, markersize=4.0)
             lines[0].set_label(name)
         # what the multiples of the spin rate cross: higher frequencies would press it into the lowest part
         shown = max(_LINES[-1] * top, float(found.flapwise[-1, min(_SHOWN, count) - 1]))
         for order in _LINES:
             axes.plot(rates, order * rates, color=GREY, linewidth=0.9, linestyle=":")
             axes.annotate(f" {order}P", (top, order * top), color=GREY, va="center", annotation_clip=False)
-        for speed in marked:
-            axes.axvline(speed, color=GREY, linewidth=0.5)
         title = "Campbell diagram (1P, 2P: once and twice per revolution)"
         axes.set(xlabel="spin rate (rad/s)", ylabel="natural frequency (rad/s)", title=title)
         axes.set(xlim=(0.0, top), ylim=(0.0, 1.08 * shown))

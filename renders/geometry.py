@@ -268,8 +268,8 @@ class BeamGeometry:
     def close_contact(self, k: float) -> int:
         """Return the number of the contact that is shown from close by at sample k.
 
-        It is the main one.  Where the beam can touch its obstacle at several places, it is one of those that are
-        closed until that opens, then the one that pushes most; in flight the last one.
+        It is the main one.  Where the beam can touch its obstacle at several places, or other sides, it is one of
+        those that are closed until that opens, then the one that pushes most; in flight the last one.
         """
         return int(self._close_contacts[int(k)])
 
@@ -277,7 +277,8 @@ class BeamGeometry:
     def _close_contacts(self) -> Integers:
         shown = np.full(self.times.size, self.main_contact)
         obstacles = self.values("contact_obstacle") if self.anywhere else np.zeros(1)
-        own = obstacles == obstacles[self.main_contact]
+        on_sides = np.arange(obstacles.size) < len(self.scenario.sides) * len(self.scenario.beam_points)
+        own = (obstacles == obstacles[self.main_contact]) | (on_sides & on_sides[self.main_contact])
         if np.count_nonzero(own) == 1:
             return shown
         closed = (self.values("contact_state") != State.FREE) & own

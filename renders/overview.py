@@ -242,7 +242,9 @@ def _draw_losses(axes: Axes, histories: dict[str, History], theme: Theme) -> Non
         places = np.arange(len(_LOSSES)) + (number - 0.5 * (len(histories) - 1)) * width
         heights = np.array(lost) / unit
         bars = axes.bar(places, heights, width=0.92 * width, color=style["color"], label=style["label"])
-        axes.bar_label(bars, labels=[f"{height:.3g}" for height in heights], fontsize=7, padding=2)
+        turned = 90.0 if len(rows) > 2 else 0.0  # else they would cover each other
+        labels = [f"{height:.3g}" for height in heights]
+        axes.bar_label(bars, labels=labels, fontsize=7, padding=2, rotation=turned)
     axes.set(ylabel=f"energy lost ({prefix}J)", title="Where the energy went")
     axes.set_xticks(range(len(_LOSSES)), _LOSSES)
     axes.margins(y=0.15)

@@ -115,13 +115,14 @@ class View:
         #: pixels of the window in the width of a thin line
         self.stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
         shown = [story.geometries[n].true if panel.close else story.drawn[n] for n in panel.runs]
-        # from close by a wide beam would hide the line along which it touches
-        flat = panel.close and shown[0].half_width > _WIDE * shown[0].touch_radius
-        camera = CAMERAS["front" if flat else style.camera]
         #: unit vectors (3,) from the scene to the eye, and (2, 3) to the right and upward in the picture
-        self.eye = camera / np.linalg.norm(camera)
+        self.eye = CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
         if story.obstacles and np.mean([obstacle.normal[0] for obstacle in story.obstacles]) < -0.7:
             self.eye = self.eye * (-1.0, 1.0, 1.0)  # walls to the right would hide the beam
+        # from close by a wide beam, or an obstacle seen from behind, would hide where they touch
+        behind = any(self.eye[:2] @ obstacle.normal < 0.0 for obstacle in story.obstacles)
+        if panel.close and (behind or shown[0].half_width > _WIDE * shown[0].touch_radius):
+            self.eye = CAMERAS["front"]
         right = np.cross([0.0, 1.0, 0.0], self.eye)
         right /= np.linalg.norm(right)
         self.across = np.array([right, np.cross(self.eye, right)])

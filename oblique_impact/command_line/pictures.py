@@ -102,7 +102,8 @@ def render(
     lines: list[str] = []
     data: dict[str, Any] = {"file": result.file, "factor": result.factor, "size": result.size}
     if out.suffix.lower() not in CHARTS:
-        lines.append(f"deformation factor {result.factor:g}, about the line from root to contact point")
+        about = "" if result.factor == 1.0 else ", about the line from root to contact point"
+        lines.append(f"deformation factor {result.factor:g}{about}")
     if (film := result.timeline) is not None:
         count = film.times.size
         lines.append(

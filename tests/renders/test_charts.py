@@ -150,14 +150,15 @@ def test_a_campbell_diagram_has_frequencies_and_multiples_of_the_spin_rate(monke
     kept: list[Figure] = []
     monkeypatch.setattr(campbell, "save_figure", lambda figure, *_: kept.append(figure))
     scenario = Scenario.builtin("spin-up")
-    campbell.campbell_diagram(scenario, [0.0, 6.0], 1, tmp_path)
-    axes, found = kept[0].axes[0], natural_frequencies(scenario, [0.0, 6.0], 1)
+    campbell.campbell_diagram(scenario, [0.0, 4.1, 6.0], 1, tmp_path)
+    axes, found = kept[0].axes[0], natural_frequencies(scenario, [0.0, 4.1, 6.0], 1)
+    dots = {one.get_label(): one.get_markevery() for one in axes.lines}
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin rate (rad/s)", "natural frequency (rad/s)")
     ends = {text.get_text().strip(): text.xy for text in axes.texts}
     assert ends == {"1P": (6.0, 6.0), "2P": (6.0, 12.0)}
     for label, ends in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
         x, y = line(axes, label)
-        np.testing.assert_allclose([x[[0, -1]], y[[0, -1]]], [[0.0, 6.0], ends[:, 0]])
+        np.testing.assert_allclose([x[dots[label]], y[dots[label]]], [[0.0, 4.1, 6.0], ends[:, 0]])
     with pytest.raises(InputError, match=r"speeds: .* above 0"):
         campbell.campbell_diagram(scenario, [0.0], 1, tmp_path)
 

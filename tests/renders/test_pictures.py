@@ -80,6 +80,18 @@ def test_the_beam_is_where_its_points_are_and_red_where_it_is_stretched(story, s
     assert columns[-1] > pixels[:, 0].max() - 1.5
 
 
+def test_the_close_view_shows_each_of_the_sides_that_the_beam_strikes_and_none_from_behind(run):
+    """The upper table, then the lower one."""
+    story = story_of([run("gap", "end_time=0.22")], Style(size=SIZE))
+    geometry = story.geometries[0]
+    for collision in story.histories[0].macro_collisions:
+        k = geometry.index(collision["start"])
+        assert geometry.closed(k)[geometry.close_contact(k)]
+    scene = Scene(story, [Panel((0, 0, *SIZE), [0], close=True)], SIZE)
+    scene.close()
+    assert all(scene.views[0].eye[:2] @ obstacle.normal >= 0.0 for obstacle in story.obstacles)
+
+
 @pytest.mark.parametrize("case", ["paper", "shaken"])
 def test_the_eye_is_on_the_side_of_the_beam_and_not_behind_the_stop(run, case):
     story = story_of([run(case)], Style(size=SIZE), ["run"])

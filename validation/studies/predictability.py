@@ -323,11 +323,12 @@ def _growth_picture(result: Predictability) -> Picture:
             growth = found.events["growth"].replace(math.inf, math.nan).cummax()
             style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "label": found.name}
             axes.step(found.events["time"], growth, where="post", linewidth=1.4, **style)
-        for level, words in ((SMALL, "predictable below"), (LARGE, "not predictable above")):
+        for level, words, up in ((SMALL, "predictable below", -11), (LARGE, "not predictable above", 3)):
             axes.axhline(level, color=GREY, linewidth=0.9, linestyle="--")
             place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-            axes.annotate(words, (0.0, level), xytext=(4, 3), fontsize=8.5, color=GREY, **place)
+            axes.annotate(words, (0.0, level), xytext=(4, up), fontsize=8.5, color=GREY, **place)
         axes.set(xlabel="time of the event (s)", ylabel="largest growth until then", yscale="log")
+        axes.set_ylim(bottom=min(axes.get_ylim()[0], 0.5 * SMALL))
         drawn.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return drawn
 
