@@ -98,7 +98,8 @@ def paper(run, tmp_path_factory):
     return folder
 
 
-def test_run_prints_the_summary(object_of, tmp_path):
+def test_init_and_run_print_what_they_write(object_of, tmp_path):
+    assert object_of("init", tmp_path / "a.toml") == {"file": str(tmp_path / "a.toml"), "from": "paper"}
     found = object_of("run", "paper", "--set", "end_time=0.02", "--out", tmp_path)
     assert found.pop("results") == str(tmp_path)
     assert found == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))

@@ -104,14 +104,16 @@ def test_an_interrupted_film_leaves_nothing(story, tmp_path):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems draw without these libraries")
-def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path):
-    """Files that are no libraries stand before those of the system."""
+@pytest.mark.parametrize("lacking", ["libraries", "drivers"])
+def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path, lacking):
+    """Files that are no libraries stand before those of the system; or EGL finds no driver."""
     run("paper", "end_time=0.01").save(tmp_path / "run")
     (tmp_path / "none").mkdir()
-    for name in ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", "libEGL.so.1"):
+    osmesa = ["libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"]
+    for name in osmesa if lacking == "drivers" else [*osmesa, "libEGL.so.1"]:
         (tmp_path / "none" / name).touch()
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW")}
-    environment |= {"LD_LIBRARY_PATH": str(tmp_path / "none")}
+    environment |= {"LD_LIBRARY_PATH": str(tmp_path / "none"), "__EGL_VENDOR_LIBRARY_DIRS": str(tmp_path / "none")}
     command = [sys.executable, "-m", "oblique_impact", "render", "run", "--out", "a.png", "--size", "320x240"]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
