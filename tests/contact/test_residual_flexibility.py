@@ -57,7 +57,7 @@ def test_residual_stiffness_of_the_paper(modes, stiffness):
     assert found == pytest.approx(tail, rel=1e-4)
 
 
-@pytest.mark.parametrize(("viscosity", "damping"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 0.1)])
+@pytest.mark.parametrize(("viscosity", "damping"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 0.1), (0.0, 0.4)])
 def test_the_force_of_a_spring_is_its_stiffness_times_the_variable_depth(viscosity, damping):
     """Whatever the modes leave out of the contact point, and however that or the stop is damped."""
     changes = (
