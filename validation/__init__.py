@@ -12,59 +12,29 @@
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from oblique_impact.validation.comparison import Comparison as Comparison
-    from oblique_impact.validation.comparison import compare as compare
-    from oblique_impact.validation.comparison import compare_all as compare_all
-    from oblique_impact.validation.comparison import save_comparison as save_comparison
-    from oblique_impact.validation.paper.command import Reproduction as Reproduction
-    from oblique_impact.validation.paper.command import reproduce as reproduce
-    from oblique_impact.validation.studies.design import AxisSection as AxisSection
-    from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
-    from oblique_impact.validation.studies.design import SweepFile as SweepFile
-    from oblique_impact.validation.studies.design import TableSection as TableSection
-    from oblique_impact.validation.studies.fitting import FitResult as FitResult
-    from oblique_impact.validation.studies.fitting import fit as fit
-    from oblique_impact.validation.studies.periodic import PeriodicSection as PeriodicSection
-    from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
-    from oblique_impact.validation.studies.predictability import Predictability as Predictability
-    from oblique_impact.validation.studies.predictability import predictability as predictability
-    from oblique_impact.validation.studies.quantities import quantity_table as quantity_table
-    from oblique_impact.validation.studies.refinement import StudyResult as StudyResult
-    from oblique_impact.validation.studies.refinement import refine as refine
-    from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
-    from oblique_impact.validation.studies.small_deflection import small_deflection as small_deflection
-    from oblique_impact.validation.studies.sweep import SweepResult as SweepResult
-    from oblique_impact.validation.studies.sweep import sweep as sweep
-    from oblique_impact.validation.suite import Result as Result
-    from oblique_impact.validation.suite import Results as Results
-    from oblique_impact.validation.suite import validate as validate
-
-# pandas, joblib and matplotlib take a second to load: a command that needs none of them does not wait
-_MODULES = {
-    "comparison": ("Comparison", "compare", "compare_all", "save_comparison"),
-    "paper.command": ("Reproduction", "reproduce"),
-    "studies.design": ("AxisSection", "HypercubeSection", "SweepFile", "TableSection"),
-    "studies.periodic": ("PeriodicSection", "periodic_response"),
-    "studies.fitting": ("FitResult", "fit"),
-    "studies.predictability": ("Predictability", "predictability"),
-    "studies.quantities": ("quantity_table",),
-    "studies.refinement": ("StudyResult", "refine"),
-    "studies.small_deflection": ("SmallDeflection", "small_deflection"),
-    "studies.sweep": ("SweepResult", "sweep"),
-    "suite": ("Result", "Results", "validate"),
-}
-_HOMES = {name: module for module, names in _MODULES.items() for name in names}
-__all__ = [*_HOMES]
-
-
-def __getattr__(name: str) -> Any:
-    """Import what is asked for when it is first used (PEP 562)."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+from oblique_impact.validation.comparison import Comparison as Comparison
+from oblique_impact.validation.comparison import compare as compare
+from oblique_impact.validation.comparison import compare_all as compare_all
+from oblique_impact.validation.comparison import save_comparison as save_comparison
+from oblique_impact.validation.paper.command import Reproduction as Reproduction
+from oblique_impact.validation.paper.command import reproduce as reproduce
+from oblique_impact.validation.studies.design import AxisSection as AxisSection
+from oblique_impact.validation.studies.design import HypercubeSection as HypercubeSection
+from oblique_impact.validation.studies.design import SweepFile as SweepFile
+from oblique_impact.validation.studies.design import TableSection as TableSection
+from oblique_impact.validation.studies.fitting.fit import FitResult as FitResult
+from oblique_impact.validation.studies.fitting.fit import fit as fit
+from oblique_impact.validation.studies.periodic import PeriodicSection as PeriodicSection
+from oblique_impact.validation.studies.periodic import periodic_response as periodic_response
+from oblique_impact.validation.studies.predictability import Predictability as Predictability
+from oblique_impact.validation.studies.predictability import predictability as predictability
+from oblique_impact.validation.studies.quantities import quantity_table as quantity_table
+from oblique_impact.validation.studies.refinement import StudyResult as StudyResult
+from oblique_impact.validation.studies.refinement import refine as refine
+from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
+from oblique_impact.validation.studies.small_deflection import small_deflection as small_deflection
+from oblique_impact.validation.studies.sweep import SweepResult as SweepResult
+from oblique_impact.validation.studies.sweep import sweep as sweep
+from oblique_impact.validation.suite import Result as Result
+from oblique_impact.validation.suite import Results as Results
+from oblique_impact.validation.suite import validate as validate

@@ -47,8 +47,8 @@ Pair = tuple[Array, Array]
 MAX_SHIFT = 0.1
 #: times (s) are the same within this part of the span
 SAME = 1e-12
-#: events without a partner that a text lists at most; longer tables of the report are folded
-LISTED, _LONG = 10, 30
+#: rows of a table of the report from which on it is folded
+_LONG = 30
 _COLLISION = {"start": "s", "end": "s", "contacts": "1"}
 _COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
@@ -150,21 +150,12 @@ class Comparison:
         """Return which keys of the scenarios, outcomes, events and contact states differ, and the warnings."""
         left, right = self.names
         outcomes, changed = list(dict.fromkeys(self.outcomes)), self.changed_keys
-        alone = [
-            f"  only in {name}: {event.kind} -> {event.state} at {getattr(event, f'{side}_time'):.6f} s"
-            for name, side, events in ((left, "left", self.only_left), (right, "right", self.only_right))
-            for event in events.itertuples()
-        ]
         return [
             f"{left} and {right}, {self.span[0]:g} to {self.span[1]:g} s",
             f"scenarios: {counted(len(changed), 'key')} {'differs' if len(changed) == 1 else 'differ'}",
             *(f"  {key}: {a} in {left}, {b} in {right}" for key, (a, b) in changed.items()),
             f"outcome{'s' if len(outcomes) > 1 else ''}: {', '.join(outcomes)}",
-            f"events: {len(self.shared)} shared, {len(self.only_left)} only in {left}, "
-            f"{len(self.only_right)} only in {right}; largest time difference {self.largest_shift:.2g} s",
-            *alone[:LISTED],
-            *([f"  and {len(alone) - LISTED} more"] if len(alone) > LISTED else []),
-            f"contact states differ in {100.0 * self.state_disagreement:.2g} % of the time",
+            _events(self),
             *(f"warning ({names}): {text}" for names, text in self.warnings),
         ]
 
@@ -445,11 +436,9 @@ def _pair_data(found: Comparison) -> dict[str, Any]:
         "events",
         "skipped",
     )
-    return {
-        **{name: getattr(found, name) for name in names},
-        "warnings": [{"runs": runs, "warning": text} for runs, text in found.warnings],
-        **{name: getattr(found, name).rename_axis("name").reset_index() for name in ("variables", "measures")},
-    }
+    tables = {name: getattr(found, name).rename_axis("name").reset_index() for name in ("variables", "measures")}
+    warnings = [{"runs": runs, "warning": text} for runs, text in found.warnings]
+    return {name: getattr(found, name) for name in names} | {"warnings": warnings} | tables
 
 
 def report(pairs: Sequence[Comparison]) -> Report:
@@ -465,7 +454,7 @@ def report(pairs: Sequence[Comparison]) -> Report:
             differing(scenarios),
             _runs(histories, names),
             *(Text(f"{_events(pair)}.") for pair in pairs),
-            *([Table(["warning", "runs"], warnings, "Warnings.", wide=(0,))] if warnings else []),
+            Table(["warning", "runs"], warnings, "Warnings.", wide=(0,)),
             _picture(histories, names, pairs),
         ],
         sections=[*(section for pair in pairs for section in _sections_of(pair)), *parameters(scenarios)],
@@ -482,10 +471,11 @@ def _events(found: Comparison) -> str:
     """Return how events and contact states agree, in a sentence."""
     (left, right), shared = found.names, len(found.shared)
     counts = [shared + len(alone) for alone in (found.only_left, found.only_right)]
+    apart = f", which are at most {found.largest_shift:.2g} s apart" if shared else ""
     return (
         f"{left} and {right} share {shared} of {counts[0]} and {counts[1]} events between {found.span[0]:g} and "
-        f"{found.span[1]:g} s, which are at most {found.largest_shift:.2g} s apart; their contact states differ "
-        f"in {100.0 * found.state_disagreement:.2g} % of the time"
+        f"{found.span[1]:g} s{apart}; their contact states differ in {100.0 * found.state_disagreement:.2g} % of "
+        "the time"
     )
 
 
@@ -550,23 +540,21 @@ def _sections_of(found: Comparison) -> list[Section]:
         measures.append([name, shown_unit(row["unit"]), *cells])
     heading = ["quantity", "symbol", "unit", "range", "rms", "largest", "at (s)"]
     heading += ["rms, aligned", "largest, aligned", "at (s)"]
-    tables = [
-        ("variables", Table(heading, variables, caption)),
-        ("events", Table(columns, events, "Events; – where there is no partner.")),
-        (
-            "collisions and energies",
-            Table(["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."),
+    skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
+    tables = {
+        "variables": Table(heading, variables, caption),
+        "events": Table(columns, events, "Events; – where there is no partner."),
+        "collisions and energies": Table(
+            ["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."
         ),
+    }
+    return [
+        *(
+            Section(f"{right}: {title}", [table], "", counted(len(table.rows), "row"), len(table.rows) <= _LONG)
+            for title, table in tables.items()
+        ),
+        Section(f"{right}: not compared", [Text(skipped) if found.skipped else None]),
     ]
-    blocks = [
-        Section(
-            f"{right}: {title}", [table], count=counted(len(table.rows), "row"), opened=len(table.rows) <= _LONG
-        )
-        for title, table in tables
-        if table.rows
-    ]
-    skipped = f"{', '.join(found.skipped)}: whole numbers, other coordinates, or only of one run."
-    return [*blocks, *([Section(f"{right}: not compared", [Text(skipped)])] if found.skipped else [])]
 
 
 def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence[Comparison]) -> Picture:

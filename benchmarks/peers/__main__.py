@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
+from many_contacts import cost
 from measuring import print_table
 
 from oblique_impact import Scenario, simulate
@@ -27,10 +28,9 @@ def _ours(scenario: Scenario, elements: int, step: float) -> Found:
     changed = scenario.replace(
         discretization__elements=elements, solver__contact_step=step, contact__grid=elements
     )
-    simulate(changed.replace(end_time=0.01))  # compiles what is missing
-    history = simulate(changed)
+    history = simulate(changed)  # compiles what is missing
     impulse = sum(collision["normal_impulse"] for collision in history.summary["macro_collisions"])
-    return Found(impulse, max(0.0, -float(history["gap"].min())), history.summary["wall_time"])
+    return Found(impulse, max(0.0, -float(history["gap"].min())), cost(changed))
 
 
 def runs(problem: str, scenario: Scenario) -> Iterator[tuple[str, str, Callable[[], Found]]]:

@@ -40,6 +40,9 @@ LIGHT = 0.002
 #: forces of 24 to 48 modes within 1.2 %, with 0.1 within 6 %, with more not within any bound.
 _LEFT_OUT = 0.05
 
+#: what all of `convergence_warnings` say
+NOT_DETERMINED = "times, impulses and forces after the first touch-down are not determined"
+
 #: entries of macro-collisions
 _FORCE = ("peak_force",)
 _ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
@@ -68,8 +71,8 @@ def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
         if damping >= _resolved_damping(beam) * (1.0 - 1e-9):
             return []
         return [
-            f"beam.kelvin_voigt: {damping:g} s is not resolved by {_resolution(s)}: times, impulses and forces "
-            f"after the first touch-down are not determined; it takes {_size_to_resolve(beam, damping)}"
+            f"beam.kelvin_voigt: {damping:g} s is not resolved by {_resolution(s)}: {NOT_DETERMINED}; "
+            f"it takes {_size_to_resolve(beam, damping)}"
         ]
     under = "under a beam without Kelvin-Voigt damping"
     if s.contact.normal == "rigid":
@@ -77,10 +80,7 @@ def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
     else:
         stop = "a stop this stiff" if is_stiff(s) else f"a stop that is met {most} times in one collision"
         cause = f"{stop} {under} magnifies small differences like a rigid one, which has no limit"
-    text = (
-        f"contact.normal: {cause}: times, impulses and forces after the first touch-down are not determined; "
-        "give the beam the damping that it has, beam.kelvin_voigt"
-    )
+    text = f"contact.normal: {cause}: {NOT_DETERMINED}; give the beam the damping that it has, beam.kelvin_voigt"
     frequency = lowest_elastic_frequency(s)
     if frequency > 0.0:
         light = light_damping(s)

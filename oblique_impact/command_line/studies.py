@@ -99,13 +99,12 @@ def refine(
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
     axes = {axis: text for axis, text in axes.items() if text is not None}
-    given: dict[str, Any] = {"study": study, **axes, "quantity": quantities, "within": within, "set": changes}
+    given: dict[str, Any] = {"predictability": predictability, "study": study, **axes}
+    given |= {"quantity": quantities, "within": within, "set": changes}
     if study is not None and scenario != "paper":
         raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    if study == "small-deflection":
-        found = _map_small_deflection(given | {"predictability": predictability}, how)
-    elif predictability or study == "predictability":
-        found = _predict(scenario if predictability else None, given, how)
+    if predictability or study in ("predictability", "small-deflection"):
+        found = _without_levels(scenario, given, how)
     else:
         with counting_bar(study or "refine") as show:
             result = compute(
@@ -123,37 +122,25 @@ def refine(
     print_result([*found, f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
-def _predict(scenario: str | None, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Judge what of a scenario, or of the shipped cases, is predictable; returns lines."""
+def _without_levels(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
+    """Measure the sensitivity to the initial angle, or errors of the floating frame; returns lines.
+
+    Raises InputError for an option that does not apply.
+    """
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies.predictability import lines, predictability
-    from oblique_impact.validation.studies.shipped import predictability_cases
+    from oblique_impact.validation.studies import predictability, shipped, small_deflection
 
-    own = scenario is not None
-    allowed = "set" if own else "study"
-    asked = "--predictability" if own else "--study predictability"
-    _refuse({name: value for name, value in given.items() if name != allowed}, asked)
-    cases = predictability_cases() if scenario is None else Scenario.load(scenario, given["set"] or [])
-    name = Path(scenario or "predictability").name
-    with counting_bar("predictability") as show:
-        return lines(predictability(cases, name=name, on_progress=show, **how))
-
-
-def _map_small_deflection(given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Compare the floating frame with the exact beam; returns lines."""
-    from oblique_impact.validation.studies.small_deflection import lines, small_deflection
-
-    _refuse({name: value for name, value in given.items() if name != "study"}, "--study small-deflection")
-    with counting_bar("small-deflection") as show:
-        return lines(small_deflection(on_progress=show, **how))
-
-
-def _refuse(options: dict[str, Any], asked: str) -> None:
-    """Raise InputError for the first option that is given, besides what was asked for."""
-    for name, value in options.items():
-        if value:
-            option = f"--{name} {value}" if name == "study" else f"--{name}"
-            raise InputError(f"{option} together with {asked}: does not apply")
+    study = given["study"]
+    asked, allowed = (f"--study {study}", ["study"]) if study else ("--predictability", ["predictability", "set"])
+    for name, value in given.items():
+        if value and name not in allowed:
+            raise InputError(f"--{name} together with {asked}: does not apply")
+    with counting_bar(study or "predictability") as show:
+        if study == "small-deflection":
+            return small_deflection.lines(small_deflection.small_deflection(on_progress=show, **how))
+        cases = shipped.predictability_cases() if study else Scenario.load(scenario, given["set"] or [])
+        how |= {"name": study or Path(scenario).name, "on_progress": show}
+        return predictability.lines(predictability.predictability(cases, **how))
 
 
 def reproduce(
@@ -213,13 +200,14 @@ def fit(
 ) -> None:
     """Find keys of a scenario from measured data; writes report.html, results.json, .csv and scenario.toml."""
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies.fitting import fit as compute
-    from oblique_impact.validation.studies.fitting import lines
+    from oblique_impact.validation.studies.fitting.fit import fit as compute
+    from oblique_impact.validation.studies.fitting.fit import lines
 
     base = Scenario.load(scenario, changes or [])
-    how: dict[str, Any] = {"starts": starts, "out": out, "workers": workers, "name": scenario}
     with counting_bar("fit") as show:
-        result = compute(base, data, vary=vary or (), on_progress=show, **how)
+        result = compute(
+            base, data, vary=vary or (), starts=starts, out=out, workers=workers, name=scenario, on_progress=show
+        )
     print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 

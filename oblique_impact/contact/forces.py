@@ -126,7 +126,11 @@ def _force_in_series(stop: Stop, compliance: float, depth: float, rate: float) -
         if abs(error) <= 1e-14 * force:
             break
         if error > 0.0:
-            low, above, below = force, error, 0.5 * below
+            below *= 0.5
+            if iteration == 0:  # as it opens fast, a damped stop pushes more the less it is compressed
+                high = depth / compliance
+                below = -high
+            low, above = force, error
         else:
             high, below, above = force, error, above if iteration == 0 else 0.5 * above
         force = low + (high - low) * above / (above - below)

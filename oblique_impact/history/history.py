@@ -26,6 +26,7 @@ from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
+from oblique_impact.history.axis_motion import axis_places
 from oblique_impact.history.events import (
     EVENT_COLUMNS,
     OF_CONTACTS_IN_EVENTS,
@@ -241,9 +242,7 @@ class History:
         """
         if self.scenario is None:
             raise InputError("beam_at: this is the history of a system that is no beam")
-        sample, radius = self.at(time, side), self.scenario.root.hub_radius
-        along = radius + sample["station"] + sample["ux"] + 1j * sample["uy"]
-        z = np.exp(1j * sample["theta"].values) * along.values
+        z = axis_places(self.scenario, self.at(time, side))
         return np.stack([z.real, z.imag], axis=1)
 
     def plot(self) -> Figure:

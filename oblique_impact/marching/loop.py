@@ -161,8 +161,9 @@ class Run:
         """Energy (J) that the axial flexibility behind the friction holds now."""
         if self._phase.state == State.FREE:
             return 0.0
-        force = float(self.record.segments[-1].observation.column("tangential_force")[-1])
-        return 0.5 * self._phase.stick.compliance * force**2
+        # no number where no force solves the contact (Painleve)
+        force = np.nan_to_num(self.record.segments[-1].observation.column("tangential_force")[-1])
+        return 0.5 * self._phase.stick.compliance * float(force) ** 2
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""

@@ -192,14 +192,3 @@ def test_drive_profiles():
     # the middle, by hand: theta_dot = (w/T) (T/2 - 0), theta = (w/T) (T^2/8 - 2 (T/2 pi)^2)
     middle = 10.0 * (0.25**2 / 2.0 - 2.0 * (0.25 / math.pi) ** 2)
     assert spin_up.at(0.25) == pytest.approx((middle, 2.5, 20.0), rel=1e-14)
-
-
-def test_initial_state_of_a_driven_root_follows_the_drive():
-    for profile, rate in (("constant-speed", 5.0), ("spin-up", 0.0)):
-        scenario = Scenario().replace(
-            root__kind="driven", root__profile=profile, root__spin_rate=5.0, root__spin_up_time=0.5
-        )
-        q, qd = Beam(scenario, build_operators(scenario)).initial_state()
-        assert_allclose(q, [math.pi / 4, 0.0, 0.0])
-        assert_allclose(qd, [rate, 0.0, 0.0])
-        assert scenario.initial_angular_velocity == rate

@@ -9,10 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 from oblique_impact import Scenario, natural_frequencies, simulate
-from oblique_impact.beam.operators import build_operators
 from oblique_impact.validation.runs import unit_beam
-
-INERTIAS = [0.0, 1e-4, 0.02, 1.0, 1e3, 1e9]
 
 
 def hub(inertia, radius=0.0):
@@ -65,23 +62,6 @@ def test_a_spinning_beam_with_its_hub(method, inertia, radius):
         assert (found.chordwise[0, 0], found.flapwise[0, 0]) == (0.0, 4.0)
 
 
-# Modes of the mean-axis frame -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("method", ["modal", "fem"])
-@pytest.mark.parametrize("inertia", INERTIAS)
-def test_modes_are_orthogonal_to_each_other_and_to_the_rigid_rotation(method, inertia):
-    scenario = unit_beam(hub(inertia), method=method, frame="mean-axis", modes=20, elements=40)
-    o = build_operators(scenario)
-    slope = o.root_slope
-    assert_allclose(o.M1 + inertia * np.outer(slope, slope), np.eye(20), atol=1e-10)
-    # relative to the angular momentum of a unit rotation
-    assert_allclose((o.S + inertia * slope) / (1.0 / 3.0 + inertia), np.zeros(20), atol=1e-12)
-    squares = np.diag(o.K)
-    assert_allclose(o.K / np.sqrt(np.outer(squares, squares)), np.eye(20), atol=1e-9)
-    assert_allclose(o.natural_frequencies()[:3], np.sqrt(squares[:3]), rtol=1e-10)
-
-
 # Collisions -----------------------------------------------------------------------------------------------------
 
 ELASTIC = (
@@ -109,7 +89,7 @@ def with_hub(inertia):
     return ("root.kind=hub", f"root.inertia={inertia}")
 
 
-@pytest.mark.parametrize("inertia", [0.0, 1e-4, 0.02, 1.0, 1e3])
+@pytest.mark.parametrize("inertia", [1e-4, 0.02, 1e3])
 def test_contacts_converge_to_those_of_the_nodal_model(inertia):
     """Starts and ends of the first contacts on a spring of 1e6 N/m: 8 modes to 1e-5 s, 16 to 5e-7 s."""
     nodal = strike(

@@ -134,13 +134,6 @@ def test_the_mass_of_a_bent_beam_is_solved_whatever_the_share_of_the_bending(pai
     assert not model.solve_mass(-1.5 * unit, work, True)
 
 
-def test_approach_is_the_evaluation_of_the_contact(pair):
-    rows = [getattr(pair.work.vectors, name).copy() for name in RESPONSES]
-    e = pair.full.model.approach(0.0, pair.W, pair.Wd, True, pair.work)
-    assert_allclose([getattr(pair.work.vectors, name) for name in RESPONSES], rows, atol=0.0)
-    assert_allclose(e[:4], pair.found[:4], atol=0.0)
-
-
 def test_places_that_touch_obstacles_move_as_in_all_modes():
     """Points of the beam on a side, the corner at its end, and a peg."""
     obstacles = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -12,9 +11,6 @@ from scipy.integrate import quad
 
 from oblique_impact import Scenario, natural_frequencies
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.scenario.materials import MATERIALS
-from oblique_impact.scenario.sections import BeamSection, CrossSection
-from oblique_impact.scenario.shapes import SHAPES, SIZES
 
 FEM = {"discretization__method": "fem", "discretization__modes": 3, "discretization__frame": "mean-axis"}
 
@@ -57,13 +53,6 @@ def test_area_second_moment_and_outer_fibre_by_strips(shape):
     assert beam.area == pytest.approx(area, rel=1e-5)
     assert beam.second_moment == pytest.approx(second_moment, rel=1e-5)
     assert beam.outer_fibre == height / 2.0
-
-
-def test_every_shape_is_tried_and_every_name_is_known():
-    assert BY_STRIPS.keys() == SHAPES.keys()
-    assert ("", *SHAPES) == get_args(CrossSection.model_fields["shape"].annotation)
-    assert ("", *MATERIALS) == get_args(BeamSection.model_fields["material"].annotation)
-    assert set(SIZES) == CrossSection.model_fields.keys() - {"shape"}
 
 
 #: a rectangle whose height falls to a half, and another kink inside

@@ -17,6 +17,7 @@ from oblique_impact.beam.frequencies import Frequencies
 from oblique_impact.command_line import modes
 from oblique_impact.command_line.application import COMMANDS
 from oblique_impact.machine import THREADS
+from tests.processes import python
 
 
 def test_the_help_page_lists_all_commands(cli):
@@ -48,17 +49,16 @@ def test_what_a_shell_is_told():
     assert completed("oblique-impact run paper --set contact.mu", 4) == keys
 
 
-def test_help_is_quick_because_it_imports_no_numerics():
+def test_help_imports_no_numerics():
     code = (
         "import sys; from oblique_impact.command_line.application import application; application(); "
         "print([m for m in ('numba', 'scipy', 'matplotlib', 'pyvista', 'pint') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert done.stdout.strip() == "[]"
+    assert python(code).stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize("threads", ["", "2"])
-def test_linear_algebra_has_one_thread_unless_somebody_wants_more(threads):
+def test_linear_algebra_has_one_thread_unless_somebody_wants_more(threads, monkeypatch):
     """Threads only wait for each other with matrices as small as here: a third of the time of a run was that."""
     code = (
         "import os, sys\n"
@@ -67,9 +67,9 @@ def test_linear_algebra_has_one_thread_unless_somebody_wants_more(threads):
         "try: program.main()\n"
         "except SystemExit: print(*(os.environ.get(name) for name in machine.THREADS))"
     )
-    given = {name: value for name, value in os.environ.items() if name not in THREADS}
-    given |= dict.fromkeys(THREADS, threads) if threads else {}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=given)
+    for name in THREADS:
+        monkeypatch.delenv(name, raising=False)
+    done = python(code, **dict.fromkeys(THREADS if threads else (), threads))
     assert done.stdout.splitlines()[-1].split() == [threads or "1"] * len(THREADS)
 
 
@@ -98,7 +98,8 @@ def paper(run, tmp_path_factory):
     return folder
 
 
-def test_run_prints_the_summary(object_of, tmp_path):
+def test_init_and_run_print_what_they_write(object_of, tmp_path):
+    assert object_of("init", tmp_path / "a.toml") == {"file": str(tmp_path / "a.toml"), "from": "paper"}
     found = object_of("run", "paper", "--set", "end_time=0.02", "--out", tmp_path)
     assert found.pop("results") == str(tmp_path)
     assert found == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))

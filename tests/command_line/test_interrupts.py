@@ -5,13 +5,9 @@ from __future__ import annotations
 import fcntl
 import os
 import pty
-import random
 import signal
 import subprocess
 import termios
-import time
-
-import pytest
 
 from oblique_impact import History
 from tests.processes import COMMAND, cpu_time, files_in, interrupt, started, wait_for
@@ -68,21 +64,3 @@ def test_a_run_whose_terminal_is_closed_keeps_its_history(run, tmp_path):
         process.kill()
         process.wait()
     assert_keeps_its_history(tmp_path)
-
-
-@pytest.mark.slow
-def test_a_killed_run_leaves_whole_files_or_none(run, tmp_path):
-    run("paper")
-    moments = random.Random(2016)
-    for _ in range(8):
-        with started("run", "paper", "--set", "end_time=0.8", "--out", tmp_path) as process:
-            # around the instant at which the files are written
-            wait_for(lambda: any(".part" in p.name for p in tmp_path.iterdir()) or process.poll() is not None)
-            time.sleep(moments.uniform(0.0, 0.05))
-            process.kill()
-            process.wait()
-        if (tmp_path / "history.nc").exists():
-            assert History.load(tmp_path).summary["outcome"] == "completed"
-    with started("run", "paper", "--set", "end_time=0.8", "--out", tmp_path) as process:
-        assert process.wait() == 0
-    assert files_in(tmp_path) == FOUR

@@ -86,12 +86,3 @@ def test_calls_that_count_show_how_many_are_done(run, tmp_path):
     terminal = Terminal(["export", "history.nc", "--every", "50", "--out", "beam.pvd"], tmp_path)
     assert terminal.finish() == 0
     assert re.search(rb"export.*\d+/[1-9]", terminal.written)
-
-
-def test_a_pipe_gets_plain_text_even_if_colours_are_forced(cli, monkeypatch, tmp_path):
-    for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
-        monkeypatch.setenv(name, "1")
-    code, out, err = cli("run", "paper", "--set", "end_time=0.1", "--out", tmp_path)
-    assert code == 0
-    assert "\x1b" not in out + err
-    assert out.startswith("completed: t = 0.1 s")

@@ -77,32 +77,6 @@ def test_a_point_moves_on_the_beam_as_its_rows_say(along, side):
     assert rows.tangential @ v == pytest.approx(at.slip_rate, rel=1e-6)
 
 
-@pytest.mark.parametrize("along", [0.05, 0.5, 1.05])
-def test_the_force_of_a_smooth_peg_passes_through_its_centre(along):
-    q = bent(3)
-    point = point_at(q, along)
-    normal = point.rows(q, q).normal.reshape(-1, 3)
-    force = normal[:, 0] + 1j * normal[:, 1]
-    arm = q[0::3] + 1j * q[1::3] - point.centre
-    assert np.sum((arm.conj() * force).imag) + normal[:, 2].sum() == pytest.approx(0.0, abs=1e-13)
-    place = point.place(Stage(q, q))
-    assert force.sum() == pytest.approx(place.normal, rel=1e-13)
-    assert abs(place.point - point.centre) == pytest.approx(
-        (place.gap + point.radius) * abs(place.normal), rel=1e-12
-    )
-
-
-def test_the_place_of_a_point_is_continuous_where_elements_meet():
-    q = bent(4)
-    point, move = point_at(q, 0.34), np.tile([0.02, 0.01, 0.0], BEAM.x.size)
-    parts = np.linspace(-1.0, 1.0, 401)
-    places = [point.place(Stage(q + part * move, move)) for part in parts]
-    x, gap = (np.array([getattr(place, name) for place in places]) for name in ("x", "gap"))
-    assert x.max() > 0.35 > x.min()
-    assert np.abs(np.diff(x)).max() < 5e-4
-    assert np.abs(np.diff(gap)).max() < 5e-4
-
-
 # --- runs
 
 
@@ -197,17 +171,6 @@ def test_variables_are_those_of_modes(pegs):
     assert here.place == pytest.approx(there.place, abs=1e-5)
 
 
-def test_two_pegs_at_one_place_share_its_force():
-    """Also where both stick: twice the stiffness."""
-    keys = ("contact.mu_static=2", "contact.mu_kinetic=1", "end_time=0.008")
-    peg = {"kind": "point", "origin": [0.5, -2e-3]}
-    one = run(*keys, obstacles=[{**peg, "stiffness": 2e6}])
-    two = run(*keys, obstacles=[peg, peg])
-    assert State.STICK in two["contact_state"].values
-    assert float(two["theta"][-1]) == pytest.approx(float(one["theta"][-1]), abs=1e-7)
-    assert sum(c.normal_impulse for c in two.contacts) == pytest.approx(one.contacts[0].normal_impulse, rel=1e-5)
-
-
 def test_points_of_the_beam_get_nodes_and_meet_a_side():
     """A flat table just below the beam: the places of contact.grid touch it and nothing else does."""
     found = run(
@@ -271,20 +234,6 @@ def test_the_tip_slides_over_an_edge_onto_its_corner_and_back():
     springs = 0.5 * np.sum(march.normal**2, axis=1) / 1e4
     assert np.ptp(march.energy + springs) < 1e-11
     assert [contact.energy_loss for contact in record.contacts] == pytest.approx([0.0] * 4, abs=1e-11)
-
-
-def test_the_tip_that_slides_off_the_inner_end_of_a_side_falls():
-    """And the corner there slides off the tip; what springs have stored is lost with the contacts."""
-    march = thrown(-0.4, [0.9997, 1.2])
-    tip, corner = march.record.passages
-    assert (tip.how.value, tip.place) == ("slides off", pytest.approx(0.9997, abs=1e-8))
-    assert (corner.how.value, corner.place) == ("slides off", pytest.approx(-1.0, abs=1e-8))
-    assert [event.kind.value for event in march.record.events] == ["impact", "impact", "release", "release"]
-    normal = march.normal[march.times == corner.time]
-    assert normal[-1].sum() == 0.0 < normal[0].sum()
-    lost = sum(contact.energy_loss for contact in march.record.contacts)
-    assert lost == pytest.approx(0.5 * np.sum(normal[0] ** 2) / 1e4, rel=1e-6)
-    assert march.energy[0] - march.energy[-1] == pytest.approx(lost, rel=1e-6)
 
 
 def test_section_forces_jump_where_pegs_push_as_those_of_modes_do():

@@ -8,17 +8,6 @@ import pytest
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.beam.clearance import smallest_distance
 
-UNBOUNDED = "slope.extent=[]"
-#: a tapered beam of 2 m: its first bending mode sags below the slope while the tip strikes it
-LONG = (
-    "beam.length=2.0",
-    "beam.area=[[0.0, 4.5e-4], [2.0, 1.8e-4]]",
-    "beam.second_moment=[[0.0, 1.6e-8], [2.0, 2.6e-9]]",
-    "end_time=0.5",
-    "solver.free_step=1e-4",
-    "solver.contact_step=1e-5",
-)
-
 
 def test_without_contact_there_is_no_distance(run):
     history = run("spin-up", "end_time=0.01")
@@ -33,14 +22,9 @@ def about_slope(history):
     return [line for line in history.summary["warnings"] if "slope" in line]
 
 
-def test_the_two_cases_of_the_review_are_told(run):
-    (line,) = about_slope(run("mid-span", "contact.where=point", "contact.point=0.6", UNBOUNDED))
+def test_a_free_end_that_passes_the_slope_is_told(run):
+    (line,) = about_slope(run("mid-span", "contact.where=point", "contact.point=0.6", "slope.extent=[]"))
     assert line == "passes 75 mm below the slope at x = 1 m; only x = 0.6 m is in contact"
-    history = run("tapered", *LONG)
-    found = history.summary["clearance"]
-    depth = f"passes {-1e3 * found['distance']:.0f} mm below the slope at x = {found['x']:.3g} m"
-    assert about_slope(history) == [f"{depth}; only x = 2 m is in contact"]
-    assert 15e-3 < -found["distance"] < 25e-3
 
 
 @pytest.mark.parametrize(
@@ -85,15 +69,9 @@ def test_a_beam_that_comes_to_a_peg_from_behind_passes_through_and_is_told(run, 
     time = float(line.split("t = ")[1].split(" s")[0])
     assert line.startswith("passes through obstacle 1 at t = ")
     assert time == pytest.approx((1.5 * np.pi - np.arcsin(radius / 0.5)) / 6.0, abs=3e-4)
-    time, clearance = away["time"].values, away["clearance"].values
     least = away.summary["clearance"]
     assert least["distance"] == pytest.approx(-radius, abs=1e-4)
     assert least["time"] == pytest.approx(1.5 * np.pi / 6.0, abs=1e-4)
-    # half a turn before, and just behind the peg, it is far away from it on whichever side
-    assert np.interp(0.5 * np.pi / 6.0, time, clearance) == pytest.approx(0.5 - radius, abs=1e-6)
-    assert np.interp(1.55 * np.pi / 6.0, time, clearance) == pytest.approx(
-        0.5 * np.sin(0.05 * np.pi) - radius, abs=1e-4
-    )
     # towards the peg it strikes it, and nothing is told
     towards = run("paper", *turning, "initial.angular_velocity=-6", "end_time=0.4")
     assert towards.events
@@ -101,15 +79,8 @@ def test_a_beam_that_comes_to_a_peg_from_behind_passes_through_and_is_told(run, 
     assert towards["clearance"].values.min() > -1e-6
 
 
-STEPS = ("solver.scheme='fixed-step'", "solver.free_step=2e-5", "solver.contact_step=1e-5")
-
-
 @pytest.mark.parametrize("case", ["two-pegs", "gap", "mid-span"])
-@pytest.mark.parametrize(
-    "changes",
-    [(), ("contact.normal='spring'",), pytest.param(("contact.normal='spring'", *STEPS), marks=pytest.mark.slow)],
-    ids=["rigid", "spring", "fixed steps"],
-)
+@pytest.mark.parametrize("changes", [(), ("contact.normal='spring'",)], ids=["rigid", "spring"])
 def test_a_beam_that_meets_its_obstacles_passes_through_none(run, case, changes):
     history = run(case, *changes, "end_time=0.45")
     assert history.contacts
@@ -145,12 +116,8 @@ def test_beyond_the_end_the_beam_falls_past(run):
     assert any("falls past slope.extent = [0, 0.5]" in line for line in about_slope(history))
 
 
-SLIDING = {
+SLIDING = {  # other schemes: tests/small/test_slope_ends.py
     "rigid, event": ("paper", 0.71017, "end_time=0.33"),
-    "rigid, fixed-step": (
-        *("paper", 0.71017, "end_time=0.33"),
-        *("solver.scheme='fixed-step'", "solver.free_step=1e-5", "solver.contact_step=2e-6"),
-    ),
     "spring, exact": (
         *("elastic-stop", 0.71018, "end_time=0.3225", "discretization.elements=4", "discretization.modes=2"),
         *("discretization.method='absolute'", "solver.scheme='energy-consistent'"),
@@ -174,7 +141,7 @@ def test_contact_ends_where_the_contact_point_slides_beyond_an_end(run, name):
     assert last.kind.value == "release"
     passed = history.summary["slope_ends"][0]
     assert (passed["how"], passed["time"], passed["end"]) == ("slides off", last.time, first)
-    assert passed["place"] == pytest.approx(first, abs=1e-6 if "fixed" in name else 1e-11)
+    assert passed["place"] == pytest.approx(first, abs=1e-11)
     after = history["time"].values > last.time
     assert np.all(history["lambda_n"].values[after] == 0.0)
     assert np.all(history["state"].values[after] == 0)
@@ -219,23 +186,9 @@ def test_a_corner_between_two_stations(stations):
     assert (distance[0], place[0]) == pytest.approx((0.2 - 0.6 * at, at), abs=1e-8)
 
 
-def test_a_sag_between_two_stations():
-    """Height 0.1 - x (1 - x): a parabola, which Hermite's cubics meet; its lowest point lies inside of a cell."""
-    x = np.array([0.0, 0.4, 1.0])
-    z, tangent = x[None] + 1j * (0.1 - x * (1.0 - x))[None], 1.0 + 1j * (2.0 * x - 1.0)[None]
-    distance, place = of_slope(x, z, tangent)
-    assert (distance[0], place[0]) == pytest.approx((-0.15, 0.5), abs=1e-7)
-
-
 OBSTACLES = (
-    {
-        "kind": "side",
-        "origin": (0.0, 0.8),
-        "angle": np.pi,
-        "extent": (-0.6, 0.0),
-    },  # above the beam, solid above it
+    {"kind": "side", "origin": (0.0, 0.8), "angle": np.pi, "extent": (-0.6, 0.0)},  # solid above the beam
     {"kind": "point", "origin": (0.37, 0.3), "radius": 0.1},
-    {"kind": "point", "origin": (1.2, 0.5), "radius": 0.05},
 )
 
 
@@ -250,22 +203,12 @@ def test_the_nearest_of_several_obstacles(surface, depth):
         contact__surface=surface,
         obstacles=OBSTACLES,
     )
-    heights = np.array([0.0, 0.22, 0.295, 0.305, 0.5])
+    heights = np.array([0.0, 0.22, 0.295, 0.305, 0.5, 0.75])
     x, z, tangent = straight(0.0, 0.0)
     ones = np.ones((heights.size, 1))
     curve = z + 1j * heights[:, None], tangent * ones
     section = None if surface == "axis" else (tangent * ones, 0.0 * tangent * ones)
     distance, place, obstacle = smallest_distance(scenario, x, curve, section)
-    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.095, 0.1]) - depth, atol=1e-12)
-    np.testing.assert_allclose(place, 0.37, atol=1e-12)
-    assert obstacle.tolist() == [2] * heights.size
-    # without the first peg: the side above, then, from its height on, the peg 0.2 m beyond the end
-    fewer = scenario.replace(obstacles=(OBSTACLES[0], OBSTACLES[2]))
-    distance, place, obstacle = smallest_distance(fewer, x, curve, section)
-    beyond = np.hypot(0.2, heights - 0.5) - 0.05
-    np.testing.assert_allclose(distance, np.minimum(0.8 - heights, beyond) - depth, atol=1e-12)
-    assert obstacle.tolist() == [1 if 0.8 - h < b else 2 for h, b in zip(heights, beyond, strict=True)]
-    high = curve[0] + 0.4j  # 0.9 m at last: 0.1 m inside of the side
-    distance, place, obstacle = smallest_distance(fewer, x, (high, curve[1]), section)
-    assert (distance[-1], obstacle[-1]) == (pytest.approx(-0.1 - depth), 1)
-    assert 0.0 <= place[-1] <= 0.6
+    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.095, 0.1, 0.05]) - depth, atol=1e-12)
+    np.testing.assert_allclose(place[:-1], 0.37, atol=1e-12)
+    assert obstacle.tolist() == [2, 2, 2, 2, 2, 1]

@@ -6,7 +6,7 @@ friction law, hubs with a radius, tip masses, tapered sections, damping, and con
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,162 +17,89 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.renders.geometry import BeamGeometry
 from tests.history.recomputed import ExactBeam, cross, recomputed
 
-LENGTH = 1.1
-TAPER = {
-    "area": [[0.0, 3.6e-4], [0.45, 3.0e-4], [LENGTH, 2.2e-4]],
-    "second_moment": [[0.0, 9.5e-9], [0.7, 7e-9], [LENGTH, 5e-9]],
-    "tip_mass": 0.15,
-}
-NODES = [0.0, 0.13, 0.3, 0.52, 0.7, 0.88, LENGTH]
-INSIDE = {"point": 0.88}
-SPRING = {"normal": "spring", "stiffness": 2e5}
-#: steps of fixed schemes, which the samples are to follow
-STEPS = {"free_step": 1e-5, "contact_step": 1e-5, "output_interval": 1e-5}
-SHAKEN = {"acceleration": 400.0, "frequency": 90.0, "direction": 0.8}
+TAPER = (
+    "beam.area=[[0,3.6e-4],[0.45,3e-4],[1.1,2.2e-4]] beam.second_moment=[[0,9.5e-9],[0.7,7e-9],[1.1,5e-9]] "
+    "beam.tip_mass=0.15"
+)
+INSIDE, SPRING = "contact.point=0.88", "contact.normal=spring contact.stiffness=2e5"
+SHAKEN = "base.acceleration=400 base.frequency=90 base.direction=0.8"
+MEAN_AXIS, FULL = "discretization.frame=mean-axis", "discretization.kinetics=full"
+#: its elements integrate masses that are smooth in each of them, and find forces at two points of each
+EXACT = (
+    "discretization.method=absolute "
+    "discretization.nodes=[0,0.07,0.13,0.21,0.3,0.37,0.45,0.57,0.7,0.79,0.88,0.99,1.1]"
+)
+
+
+def steps(scheme="", length=1e-5):
+    """Steps of fixed length, which the samples are to follow."""
+    keys = " ".join(f"solver.{key}={length}" for key in ("free_step", "contact_step", "output_interval"))
+    return f"{keys} solver.scheme={scheme}" if scheme else keys
 
 
 def hub(radius, inertia=0.04, torque=-1.5):
-    return {"kind": "hub", "hub_radius": radius, "inertia": inertia, "torque": torque}
+    return f"root.kind=hub root.hub_radius={radius} root.inertia={inertia} root.torque={torque}"
 
 
-def driven(radius, spin=-3.4, **more):
-    return {"kind": "driven", "hub_radius": radius, "profile": "constant-speed", "spin_rate": spin, **more}
+def driven(radius):
+    return f"root.kind=driven root.hub_radius={radius} root.profile=constant-speed root.spin_rate=-3.4"
 
 
-def modal(frame="tangent", kinetics="first-order", modes=3):
-    return {"method": "modal", "frame": frame, "kinetics": kinetics, "modes": modes}
+def modal(modes=3):
+    return f"discretization.modes={modes}"
 
 
-def fem(frame="tangent", kinetics="first-order", modes=3):
-    return {"method": "fem", "frame": frame, "kinetics": kinetics, "modes": modes, "nodes": NODES}
+def fem(modes=3):
+    nodes = "discretization.nodes=[0,0.13,0.3,0.52,0.7,0.88,1.1]"
+    return f"discretization.method=fem {nodes} discretization.modes={modes}"
 
 
-#: its elements integrate masses that are smooth in each of them, and find forces at two points of each
-EXACT = {
-    "method": "absolute",
-    "nodes": [0.0, 0.07, 0.13, 0.21, 0.3, 0.37, 0.45, 0.57, 0.7, 0.79, 0.88, 0.99, LENGTH],
-}
-#: the sections of a scenario that differ from the default
+SHAPED = "beam.section={shape='rectangle',width=0.02,height=[[0,0.022],[1.1,0.012]]}"
 CASES = {
-    "hub": {"root": hub(0.5), "discretization": modal()},
-    "hub, full, spring inside": {
-        "root": hub(0.2, inertia=0.02),
-        "contact": SPRING | INSIDE | {"damping": 0.3},
-        "discretization": modal(kinetics="full", modes=4),
-    },
-    "hub, zeroth order": {
-        "root": hub(0.1, torque=0.8),
-        "contact": INSIDE | {"friction": "modified-coulomb"},
-        "discretization": modal(kinetics="zeroth-order", modes=2),
-    },
-    "driven, full, Routh": {
-        "root": driven(0.15),
-        "beam": TAPER | {"kelvin_voigt": 2e-5},
-        "contact": {"impact": "routh", "restitution": 0.3},
-        "discretization": fem(kinetics="full"),
-    },
-    "driven, spring, without shortening": {
-        "root": driven(0.1),
-        "contact": SPRING | INSIDE | {"shortening": False},
-        "discretization": modal(modes=2),
-        "solver": STEPS | {"scheme": "fixed-step"},
-    },
-    "tapered on a hub, fixed steps": {
-        "root": hub(0.08),
-        "beam": TAPER,
-        "contact": INSIDE,
-        "discretization": fem(),
-        "solver": STEPS | {"scheme": "fixed-step"},
-    },
-    "pin, mean axis, full": {
-        "beam": {"mass_proportional": 3.0},
-        "contact": {"mu_static": 0.5},
-        "discretization": modal("mean-axis", "full", 4),
-    },
-    "mean axis on a hub, spring, implicit": {
-        "root": hub(0.0, inertia=0.01),
-        "beam": TAPER,
-        "contact": SPRING,
-        "discretization": fem("mean-axis"),
-        "solver": STEPS | {"scheme": "generalized-alpha"},
-    },
-    "shaped hub, massless point, implicit": {
-        "root": hub(0.1),
-        "beam": {"section": {"shape": "rectangle", "width": 0.02, "height": [[0.0, 0.022], [LENGTH, 0.012]]}},
-        "contact": {"point_inertia": "none"},
-        "discretization": fem(modes=4),
-        "solver": STEPS | {"scheme": "generalized-alpha"},
-    },
-    "all nodes, spring inside": {  # its contact is closed at the end
-        "beam": TAPER | {"kelvin_voigt": 1e-6},
-        "contact": SPRING | INSIDE,
-        "discretization": fem("mean-axis", modes=0),
-        "solver": STEPS | {"scheme": "generalized-alpha"},
-    },
-    "all nodes on a hub": {
-        "root": hub(0.0),
-        "beam": {"outer_fibre": 0.014},
-        "contact": {"friction": "frictionless"},
-        "discretization": fem("mean-axis", modes=0),
-        "solver": {"free_step": 2e-6, "contact_step": 2e-6, "output_interval": 2e-6},
-    },
-    "exact, driven": {
-        "root": driven(0.12),
-        "beam": TAPER,
-        "contact": SPRING | INSIDE,
-        "discretization": EXACT,
-        "solver": STEPS,
-    },
-    "exact, mean axis": {
-        "contact": SPRING | {"friction": "frictionless"},
-        "discretization": EXACT | {"frame": "mean-axis"},
-        "solver": STEPS,
-    },
-    "shaken, spring": {"base": SHAKEN, "contact": SPRING, "discretization": modal("mean-axis")},
-    "shaken, all nodes": {
-        "base": SHAKEN,
-        "contact": SPRING,
-        "discretization": fem("mean-axis", modes=0),
-        "solver": STEPS,
-    },
-    "shaken, exact": {
-        "base": SHAKEN,
-        "beam": TAPER,
-        "contact": SPRING | INSIDE,
-        "discretization": EXACT,
-        "solver": STEPS,
-    },
-}
-DURATION = {
-    "all nodes, spring inside": 0.006,
-    "all nodes on a hub": 0.004,
-    "exact, driven": 0.004,
-    "exact, mean axis": 0.004,
-    "shaken, all nodes": 0.006,
-    "shaken, exact": 0.004,
+    "hub": f"{hub(0.5)} {modal()}",
+    "hub, full, spring inside": f"{hub(0.2, 0.02)} {SPRING} {INSIDE} contact.damping=0.3 {FULL} {modal(4)}",
+    "hub, zeroth order": f"{hub(0.1, torque=0.8)} {INSIDE} contact.friction=modified-coulomb "
+    f"discretization.kinetics=zeroth-order {modal(2)}",
+    "driven, full, Routh": f"{driven(0.15)} {TAPER} beam.kelvin_voigt=2e-5 contact.impact=routh "
+    f"contact.restitution=0.3 {FULL} {fem()}",
+    "driven, spring, without shortening": f"{driven(0.1)} {SPRING} {INSIDE} contact.shortening=false {modal(2)} "
+    f"{steps('fixed-step')}",
+    "tapered on a hub, fixed steps": f"{hub(0.08)} {TAPER} {INSIDE} {fem()} {steps('fixed-step')}",
+    "pin, mean axis, full": f"beam.mass_proportional=3 contact.mu_static=0.5 {MEAN_AXIS} {FULL} {modal(4)}",
+    "mean axis on a hub, spring, implicit": f"{hub(0.0, 0.01)} {TAPER} {SPRING} {MEAN_AXIS} {fem()} "
+    f"{steps('generalized-alpha')}",
+    "shaped hub, massless point, implicit": f"{hub(0.1)} {SHAPED} contact.point_inertia=none {fem(4)} "
+    f"{steps('generalized-alpha')}",
+    # its contact is closed at the end
+    "all nodes, spring inside": f"{TAPER} beam.kelvin_voigt=1e-6 {SPRING} {INSIDE} {fem(0)} {steps()} "
+    "end_time=0.006",
+    "all nodes on a hub": f"{hub(0.0)} beam.outer_fibre=0.014 contact.friction=frictionless {fem(0)} "
+    f"{steps(length=2e-6)} end_time=0.004",
+    "exact, driven": f"{driven(0.12)} {TAPER} {SPRING} {INSIDE} {EXACT} {steps()} end_time=0.004",
+    "exact, mean axis": f"{SPRING} contact.friction=frictionless {MEAN_AXIS} {EXACT} {steps()} end_time=0.004",
+    "shaken, spring": f"{SHAKEN} {SPRING} {MEAN_AXIS} {modal()}",
+    "shaken, all nodes": f"{SHAKEN} {SPRING} {fem(0)} {steps()} end_time=0.006",
+    "shaken, exact": f"{SHAKEN} {TAPER} {SPRING} {INSIDE} {EXACT} {steps()} end_time=0.004",
 }
 
 
+@cache
 def scenario_of(name, seed=31):
     """A scenario whose contact point is a little above its slope and falls on it; angles are drawn at random."""
     rng = np.random.default_rng([seed, list(CASES).index(name)])
-    case = {key: dict(section) for key, section in CASES[name].items()}
+    keys = ["beam.length=1.1", "end_time=0.012", "solver.output_interval=2e-5", *CASES[name].split()]
+    given = Scenario.from_toml("", keys)
     angle, slope = rng.uniform(-0.5, 0.7), rng.uniform(-0.4, 0.4)
     slope = angle - np.sign(slope) * (0.1 + abs(slope))
-    root, point = case.get("root", {}), case.get("contact", {}).get("point", LENGTH)
-    reach = root.get("hub_radius", 0.0) + point
     # 1 mm above it, and some way along it
+    reach = given.root.hub_radius + given.contact.point
     origin = reach * np.exp(1j * angle) - (1e-3j + rng.uniform(-0.2, 0.2)) * np.exp(1j * slope)
-    case["beam"] = {"length": LENGTH} | case.get("beam", {})
-    case["slope"] = {"origin": [origin.real, origin.imag], "angle": slope}
-    case["initial"] = {"angle": angle}
-    if root.get("kind") != "driven":
-        case["initial"]["angular_velocity"] = -3.6
-    case["solver"] = {"output_interval": 2e-5} | case.get("solver", {})
-    return Scenario.from_dict(case | {"end_time": DURATION.get(name, 0.012)})
+    speed = 0.0 if given.root.kind == "driven" else -3.6
+    start = {"initial__angle": angle, "initial__angular_velocity": speed}
+    return given.replace(**start, slope__origin=[origin.real, origin.imag], slope__angle=slope)
 
 
-@lru_cache(maxsize=len(CASES))
+@cache
 def beam_of(name):
     return recomputed(simulate(scenario_of(name)))
 

@@ -39,27 +39,13 @@ def test_stiff_damping_neither_feeds_nor_hides_energy_at_rebounds(restitution, r
 
     A flight after a rebound starts with a jump of the velocity as a contact does.
     """
-    scenario = Scenario.builtin("paper").replace(
-        end_time=0.15,
-        beam__kelvin_voigt=1e-4,
-        beam__youngs_modulus=1.2e11,
-        initial__angle=0.0,
-        initial__angular_velocity=-7.4,
-        slope__origin=(0.06, -0.25),
-        slope__angle=0.07,
-        contact__point=0.5,
-        contact__restitution=restitution,
-        contact__friction="frictionless",
-        discretization__method="fem",
-        discretization__frame="mean-axis",
-        discretization__modes=0,
-        discretization__elements=7,
-        discretization__grading=3.0,
-        solver__scheme="generalized-alpha",
-        solver__contact_step=1e-5,
-        solver__rho_infinity=rho,
+    keys = "beam.kelvin_voigt=1e-4 beam.youngs_modulus=1.2e11 initial.angle=0 initial.angular_velocity=-7.4 "
+    keys += f"slope.origin=[0.06,-0.25] slope.angle=0.07 contact.point=0.5 contact.restitution={restitution} "
+    keys += "contact.friction=frictionless discretization.method=fem discretization.modes=0 end_time=0.15 "
+    keys += (
+        f"discretization.elements=7 discretization.grading=3 solver.contact_step=1e-5 solver.rho_infinity={rho}"
     )
-    history = simulate(scenario)
+    history = simulate(Scenario.builtin("paper", keys.split()))
     energy = history.summary["energy"]
     total = history["energy_kinetic"] + history["energy_elastic"] + history["energy_gravity"]
     assert len(history.events) < 40

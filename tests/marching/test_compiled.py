@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import numba
 import pytest
 
 from oblique_impact.kernels.compiling import clock
+from tests.processes import python
 
 _NAMES = """
 import logging, sys
@@ -63,17 +60,8 @@ print(weight(Body(Masses(np.array([0.1, 0.2, 0.3]))), 9.8))
 
 def solved(folder):
     """Compile and call a kernel in a new process; returns what it prints and what it logs."""
-    root = Path(__file__).parents[2]
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder), "NUMBA_OPT": "0"}  # it need not be fast
-    ended = subprocess.run(
-        [sys.executable, "-c", _NAMES + _SMALL, folder.name],
-        cwd=root,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stderr[-2000:]
+    # it need not be fast
+    ended = python(_NAMES + _SMALL, folder.name, NUMBA_CACHE_DIR=str(folder), NUMBA_OPT="0")
     return [float(word) for word in ended.stdout.split()], ended.stderr
 
 

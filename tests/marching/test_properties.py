@@ -147,3 +147,21 @@ def test_a_place_that_grazes_the_slope_at_the_bottom_of_its_circle_goes_on():
     assert history.outcome is Outcome.COMPLETED
     assert not history.events
     assert float(history["theta"][-1]) == pytest.approx(-2.5, abs=1e-10)
+
+
+def test_a_contact_that_jams_in_its_first_impact_keeps_its_energy_balance():
+    """No force is consistent there: none is in the balance."""
+    keys = [
+        "gravity=0",
+        "initial.angle=0",
+        "initial.angular_velocity=-4",
+        "slope.origin=[0,-0.375]",
+        "slope.angle=0",
+        "contact.mu_kinetic=1.5",
+        "contact.mu_static=1.5",
+        "contact.shortening=false",
+    ]
+    jammed = Scenario.builtin("paper", [*keys, "contact.point=0.5", "discretization.modes=1"])
+    history = simulate(jammed)
+    assert history.outcome is Outcome.PAINLEVE
+    assert abs(history.summary["energy"]["unaccounted"]) < LEDGER

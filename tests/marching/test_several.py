@@ -189,19 +189,6 @@ def test_of_two_rigid_pegs_at_one_place_one_carries_the_force_of_a_single_one(fr
     assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
 
 
-def test_two_elastic_pegs_at_one_place_are_one_of_twice_the_stiffness():
-    keys = (*MEAN_AXIS, "contact.friction=frictionless", "contact.normal=spring")
-    one, two = run(*keys, obstacles=[PEG | {"stiffness": 2e6}]), run(*keys, obstacles=[PEG, PEG])
-    assert len(one.events) >= 4
-    for number in (1, 2):
-        own = [event for event in two.events if event.obstacle == number]
-        assert [event.kind for event in own] == [event.kind for event in one.events]
-        for half, whole in zip(own, one.events, strict=True):
-            assert half.time == pytest.approx(whole.time, abs=1e-10)
-            assert half.normal_impulse == pytest.approx(0.5 * whole.normal_impulse, rel=1e-7)
-    assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
-
-
 def at_rest(*keys: str) -> History:
     """The beam lies straight and level on its pin and two pegs, damped so that it sags and stays."""
     pegs = [{"kind": "point", "origin": [x, -1e-3], "radius": 1e-3} for x in (0.5, 0.9)]
@@ -223,35 +210,6 @@ def test_three_rigid_pegs_that_an_impact_closes_on_two_degrees_of_freedom_are_re
     assert found.events
 
 
-@pytest.mark.slow  # compiles kernels of its own
-@pytest.mark.parametrize(
-    ("case", "keys"),
-    [
-        ("sticking", ()),
-        ("sticking", ("contact.damping=0.2", "contact.friction=modified-coulomb")),
-        ("paper", ("root.kind=hub", "root.inertia=0.01", "root.hub_radius=0.05", "root.torque=-1.0")),
-    ],
-    ids=["sticking", "smooth friction", "hub"],
-)
-def test_one_elastic_contact_of_several_is_that_of_one_in_generalized_alpha(case, keys):
-    steps = ("solver.scheme=generalized-alpha", "solver.free_step=1e-5", "solver.contact_step=2e-6")
-    given = (*steps, "contact.normal=spring", "contact.residual_flexibility=false", *keys)
-    alone = simulate(Scenario.builtin(case, list(given)))
-    several = simulate(Scenario.builtin(case, [*given, "contact.where=anywhere"]))
-    assert [(e.kind, e.state) for e in several.events] == [(e.kind, e.state) for e in alone.events]
-    assert len(alone.events) > 5
-    for a, b in zip(several.events, alone.events, strict=True):
-        assert a.time == pytest.approx(b.time, abs=1e-11)
-    for a, b in zip(several.contacts, alone.contacts, strict=True):
-        assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-9)
-        assert a.tangential_impulse == pytest.approx(b.tangential_impulse, rel=1e-9)
-        assert a.energy_loss == pytest.approx(b.energy_loss, rel=1e-8, abs=1e-12)
-    stuck = alone["state"].values == 2
-    for column in ("lambda_tau", "lambda_n"):
-        there, force = several[column].values[stuck], alone[column].values[stuck]
-        np.testing.assert_allclose(there, force, rtol=1e-9, atol=1e-6)
-
-
 def test_all_nodes_of_a_mesh_meet_pegs_as_all_its_modes_do():
     mesh = "discretization.method=fem", "discretization.elements=4", "contact.normal=spring", "end_time=0.4"
     keys = (*mesh, "contact.stiffness=2e5", "contact.mu_static=0.3", "contact.mu_kinetic=0.3")
@@ -270,23 +228,6 @@ def test_all_nodes_of_a_mesh_meet_pegs_as_all_its_modes_do():
     assert nodes.balance["lost_friction"] == pytest.approx(modes.balance["lost_friction"], rel=1e-4)
     lost = sum(contact.energy_loss for contact in nodes.contacts)
     assert lost == pytest.approx(nodes.balance["lost_friction"], rel=1e-9)
-
-
-@pytest.mark.slow  # compiles kernels of its own
-def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
-    """They notice a contact at the end of a step: times are of first order."""
-    keys = ("discretization.modes=4", "end_time=0.4", "contact.normal=spring", "contact.damping=0.05")
-    located = simulate(Scenario.builtin("two-pegs", list(keys)))
-    apart = []
-    for step in (1e-5, 2.5e-6):
-        steps = f"solver.scheme=fixed-step solver.free_step={step} solver.contact_step={step}".split()
-        found = simulate(Scenario.builtin("two-pegs", [*keys, *steps]))
-        assert [(e.kind, e.obstacle) for e in found.events] == [(e.kind, e.obstacle) for e in located.events]
-        times = zip(found.events, located.events, strict=True)
-        apart.append(max(abs(a.time - b.time) for a, b in times))
-        assert apart[-1] < step
-        assert abs(found.balance["unaccounted"]) < 1e-5
-    assert apart[1] < 0.5 * apart[0]
 
 
 def test_a_beam_that_sticks_to_a_corner_rolls_on_it_whatever_the_stabilization():

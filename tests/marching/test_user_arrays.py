@@ -1,16 +1,10 @@
 """Arrays from user code: views, other orders and other types are computed right, or refused in one line."""
 
-from dataclasses import fields, is_dataclass, replace
-
 import numpy as np
 import pytest
 
-from oblique_impact import InputError, MechanicalSystem, Scenario, modal, simulate_system
-from oblique_impact.beam.beam import Beam
-from oblique_impact.beam.operators import contiguous
+from oblique_impact import InputError, MechanicalSystem, simulate_system
 from oblique_impact.kernels.system import ContactRows
-from oblique_impact.marching.loop import Run
-from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.sections import SolverSection
 from tests.refusals import refused_in_one_line
 from tests.systems import RungeKutta
@@ -104,31 +98,3 @@ def test_a_system_that_returns_other_shapes_or_complex_numbers_is_refused(system
         simulate_system(system, [0.0, 0.0], [3.0, 0.0], 0.1)
     with pytest.raises(InputError, match="q0"):
         simulate_system(Puck(), [0.0, 0.0, 0.0], [3.0, 0.0], 0.1)
-
-
-def changed(part, change):
-    """Return operators or tables with their arrays changed."""
-    values = {f.name: getattr(part, f.name) for f in fields(part)}
-    new = {k: change(v) for k, v in values.items() if isinstance(v, np.ndarray) and v.dtype == float}
-    nested = {k: changed(v, change) for k, v in values.items() if is_dataclass(v) and k != "sections"}
-    return replace(part, **new, **nested)
-
-
-def single(values):
-    return np.asarray(values, dtype=np.float32)
-
-
-@pytest.mark.parametrize("kinetics", ["first-order", "full"])
-def test_operators_of_a_discretization_may_be_in_any_order_and_type(kinetics):
-    """Fortran order is the same to the last bit; operators in single precision are these numbers, in float64."""
-    scenario = Scenario.builtin("paper").replace(end_time=0.33, discretization__kinetics=kinetics)
-
-    def result(change):
-        operators = contiguous(changed(modal.build_operators(scenario), change))
-        record = Run(beam_problem(Beam(scenario, operators))).execute()
-        return np.concatenate([segment.states for segment in record.segments])
-
-    plain = result(np.array)
-    np.testing.assert_array_equal(result(np.asfortranarray), plain)
-    np.testing.assert_array_equal(result(lambda v: np.repeat(v, 2, axis=-1)[..., ::2]), plain)
-    np.testing.assert_array_equal(result(single), result(lambda v: single(v).astype(float)))

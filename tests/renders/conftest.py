@@ -23,6 +23,12 @@ def files(run, tmp_path_factory):
     return write
 
 
+@pytest.fixture(scope="session")
+def folder(run, tmp_path_factory):
+    """The paper's case as a run leaves it."""
+    return run("paper").save(tmp_path_factory.mktemp("runs") / "paper")
+
+
 @pytest.fixture(scope="module")
 def story(run):
     return story_of([run("paper")])

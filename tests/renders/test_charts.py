@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders import campbell, overview
-from oblique_impact.renders.charts import Chart, Curve, energy_chart, force_curves, round_times
-from oblique_impact.renders.contact_map import contact_pieces, draw_contact_map
+from oblique_impact.renders.charts import Chart, Curve, energy_chart, force_curves
+from oblique_impact.renders.contact_map import contact_pieces
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import story_of
@@ -83,24 +83,6 @@ def test_a_curve_has_at_the_label_of_a_time_its_value_then(story):
         assert np.interp(place, *line.get_data()) == pytest.approx(float(label.get_text()), abs=2e-4)
 
 
-def test_contacts_are_shaded_where_they_are_and_time_is_on_the_axis(story):
-    axes = charted(story, force_curves(story), "force (N)")
-    course, width = story.time_map, axes.get_window_extent().width
-    shaded = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
-    ends = [course.film_at(np.array([c.start, c.end])) for c in story.histories[0].contacts]
-    np.testing.assert_allclose(shaded, np.array(ends) * width / course.duration, atol=0.1)
-    assert axes.get_xlabel() == "time (s), stretched around contacts"
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["normal", "tangential"]
-
-
-def test_times_of_labels_are_round_and_apart(story, run):
-    for course in (story.time_map, story.time_map.part(0.31, 0.33), story_of([run("spin-up")]).time_map):
-        times, labels = round_times(course, 8)
-        assert 4 <= len(times) <= 8
-        np.testing.assert_allclose(times, [float(label) for label in labels], atol=1e-12)
-        assert np.diff(course.film_at(times)).min() > 0.7 * course.duration / 8
-
-
 @pytest.fixture
 def panels(run, monkeypatch, tmp_path):
     """Axes of the overview of two runs, by title."""
@@ -144,20 +126,6 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
     assert [bar.get_height() for bar in axes.containers[0]] == [v if abs(v) > 1e-8 else 0.0 for v in lost]
 
 
-def test_the_overview_shows_the_beam_where_it_is_at_the_time_beside_it(panels, run):
-    history, axes = run("paper"), panels["The beam up to the first impact"]
-    (path,) = (found for found in axes.lines if found.get_linestyle() == ":")
-    np.testing.assert_array_equal(path.get_data(), (history["tip_x"].values, history["tip_y"].values))
-    labels = [text for text in axes.texts if text.get_text().endswith(" s")]
-    assert len(labels) == 6
-    for label, outline in zip(labels[::-1], axes.patches, strict=False):
-        near = history.data.interp(time=float(label.get_text().removesuffix(" s")))
-        away = np.subtract(label.xy, [near["tip_x"], near["tip_y"]])
-        assert np.linalg.norm(away) < 5e-3  # a millisecond at up to 5 m/s
-        distances = np.linalg.norm(outline.get_xy() - label.xy, axis=1)
-        assert distances.min() == pytest.approx(np.sqrt(314.16e-6 / np.pi), rel=0.01)  # around it
-
-
 def test_the_overview_shows_how_far_events_are_apart(run):
     """Of two runs with the same events: the second one's are later by 1, 2, 3... microseconds."""
     history = run("paper")
@@ -178,7 +146,7 @@ def test_the_overview_of_a_run_without_contact_shows_how_it_bends_and_turns(run)
     np.testing.assert_array_equal(axes["(d) Rate of rotation"].lines[0].get_ydata(), history["theta_dot"])
 
 
-def test_a_campbell_diagram_has_linear_axes_frequencies_and_multiples_of_the_spin_rate(monkeypatch, tmp_path):
+def test_a_campbell_diagram_has_frequencies_and_multiples_of_the_spin_rate(monkeypatch, tmp_path):
     kept: list[Figure] = []
     monkeypatch.setattr(campbell, "save_figure", lambda figure, *_: kept.append(figure))
     scenario = Scenario.builtin("spin-up")
@@ -186,26 +154,21 @@ def test_a_campbell_diagram_has_linear_axes_frequencies_and_multiples_of_the_spi
     axes, found = kept[0].axes[0], natural_frequencies(scenario, [0.0, 4.1, 6.0], 1)
     dots = {one.get_label(): one.get_markevery() for one in axes.lines}
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin rate (rad/s)", "natural frequency (rad/s)")
-    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
     ends = {text.get_text().strip(): text.xy for text in axes.texts}
     assert ends == {"1P": (6.0, 6.0), "2P": (6.0, 12.0)}
-    assert all(axes.get_ylim()[0] <= place[1] <= axes.get_ylim()[1] for place in ends.values())
     for label, ends in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
         x, y = line(axes, label)
         np.testing.assert_allclose([x[dots[label]], y[dots[label]]], [[0.0, 4.1, 6.0], ends[:, 0]])
+    with pytest.raises(InputError, match=r"speeds: .* above 0"):
+        campbell.campbell_diagram(scenario, [0.0], 1, tmp_path)
 
 
-#: many places on a table, its corner, two pegs that stick for a while; and a time (s) that is looked at
+#: many places on a table, its corner, two pegs that stick for a while
 TOUCHING = {
-    "slap": (("slap", "end_time=0.385"), (0.3745, 0.3845)),
-    "edge": (("edge", "end_time=0.39"), (0.377, 0.3875)),
-    "pegs": (("two-pegs", "initial.angle=-0.0499", "beam.kelvin_voigt=1e-3", "end_time=0.1"), (0.04, 0.055)),
+    "slap": ("slap", "end_time=0.385"),
+    "edge": ("edge", "end_time=0.39"),
+    "pegs": ("two-pegs", "initial.angle=-0.0499", "beam.kelvin_voigt=1e-3", "end_time=0.1"),
 }
-
-
-@pytest.fixture(params=TOUCHING)
-def touching(run, request):
-    return run(*TOUCHING[request.param][0])
 
 
 def closed_at(history, sample):
@@ -214,7 +177,9 @@ def closed_at(history, sample):
     return sorted((place[i], force[i], state[i] == State.STICK) for i in np.flatnonzero(state != State.FREE))
 
 
-def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(touching):
+@pytest.mark.parametrize("case", TOUCHING)
+def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(run, case):
+    touching = run(*TOUCHING[case])
     pieces, times = contact_pieces(touching), touching["time"].values
     events = np.array([event.time for event in touching.events])
     # at an event there are two states, at a jump two samples
@@ -234,28 +199,6 @@ def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(touching)
             assert impulse == pytest.approx([contact.normal_impulse])
 
 
-@pytest.mark.parametrize("case", TOUCHING)
-def test_the_map_of_contacts_has_the_colour_of_the_force_at_a_place_and_a_hatch_where_it_sticks(run, case):
-    touching, (start, end) = run(*TOUCHING[case][0]), TOUCHING[case][1]
-    axes, times = Figure().subplots(), touching["time"].values
-    scale = draw_contact_map(axes, touching, between=(start, end))
-    *bars, hatched = axes.patches
-    pixel, seen = 1e-3 * (end - start), 0
-    for k in np.flatnonzero((times > start) & (times < end)):
-        closed, at = closed_at(touching, k), 1e3 * times[k]
-        for place, force, stuck in closed:
-            shown = [bar.get_facecolor() for bar in bars if bar.get_path().contains_point((at, place))]
-            # what is shorter than a pixel has the colour of its surroundings
-            if np.diff(times[k - 1 : k + 2]).min() > pixel and len(shown) == 1:
-                seen += 1
-                assert np.abs(np.subtract(shown[0], scale.to_rgba(force))).max() < 0.05
-                assert hatched.get_path().contains_point((at, place)) == stuck
-        away = [p for p in (0.05, 0.25, 0.5) if all(abs(p - place) > 0.02 for place, *_ in closed)]
-        assert not any(bar.get_path().contains_point((at, p)) for bar in bars for p in away)
-    assert seen > 20
-    assert (hatched.get_path().vertices.size > 0) == (case == "pegs")
-
-
 def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch(run):
     for name, mapped in (("paper", False), ("slap", True)):
         history = run(name)
@@ -267,8 +210,3 @@ def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch
     k = int(np.flatnonzero(history["time"].values == page.arrays["time"][frame])[0])
     places = [place for place, *_ in closed_at(history, k)]
     assert page.texts["touched_text"][frame] == f"{places[0]:.3f} to {places[-1]:.3f} m"
-
-
-def test_a_campbell_diagram_needs_a_spin_rate(tmp_path):
-    with pytest.raises(InputError, match=r"speeds: .* above 0"):
-        campbell.campbell_diagram(Scenario.builtin("spin-up"), [0.0], 1, tmp_path)

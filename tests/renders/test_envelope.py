@@ -38,16 +38,6 @@ def test_a_slow_curve_is_the_curve(period):
     np.testing.assert_array_equal([shown.x, shown.y], [x, y])
 
 
-def test_only_the_fast_stretch_becomes_a_band():
-    x = np.linspace(0.0, 300.0, 30_000)
-    y = np.where((x > 100.0) & (x < 200.0), np.sin(2.0 * np.pi * x / 2.0), 0.0) + x
-    shown = drawn(x, y, 0.1)
-    assert [(round(b.x[0], -1), round(b.x[-1], -1)) for b in shown.bands] == [(100.0, 200.0)]
-    slow = (shown.x < 98.0) | (shown.x > 202.0)
-    np.testing.assert_array_equal(shown.y[slow], y[(x < 98.0) | (x > 202.0)])
-    assert np.all(np.diff(shown.x) >= 0.0)
-
-
 def test_rounding_and_jumps_are_no_vibration():
     noise = 1e-9 * np.random.default_rng(1).standard_normal(4000)
     x = np.sort(np.concatenate([np.linspace(0.0, 300.0, 3998), [150.0, 150.0]]))

@@ -9,11 +9,6 @@ import pytest
 from PIL import Image
 
 
-@pytest.fixture(scope="module")
-def folder(run, tmp_path_factory):
-    return run("paper").save(tmp_path_factory.mktemp("runs") / "paper")
-
-
 def test_a_still_shows_the_largest_force_a_time_or_an_event(run, folder, tmp_path, cli):
     history = run("paper")
     strongest = float(history["time"].values[np.argmax(history["lambda_n"].values)])
@@ -44,7 +39,6 @@ def test_a_film_says_how_fast_time_runs(folder, tmp_path, cli):
     ("options", "seconds"),
     [
         (("--seconds", "2"), 2.0),
-        (("--seconds", "1", "--between", "0.31,0.335"), 1.0),
         (("--preset", "social"), 8.0),
         ((), 20.0),
     ],
@@ -68,16 +62,11 @@ def test_a_film_lasts_as_long_as_it_is_told_to(folder, tmp_path, cli, options, s
         (("--out", "a.png", "--time", "5"), "--time 5: should be from 0 to 1 s"),
         (("--out", "a.png", "--event", "99"), "--event 99: should be from 1 to 21"),
         (("--out", "a.mp4", "--between", "1"), "--between 1: should be two numbers"),
-        (("--out", "a.mp4", "--fps", "0"), "--fps 0: should be from 1 to 240"),
         (("--out", "a.png", "--theme", "x"), "--theme x: should be one of light, dark, print"),
         (("--out", "a.html", "--theme", "print"), "--theme print: of a page should be one of light, dark, auto"),
         (("--out", "a.mp4", "--preset", "x"), "--preset x: should be one of talk, paper, social"),
-        (("--out", "a.png", "--letters", "2"), "--letters 2: should be from 4 to 60"),
-        (("--out", "a.png", "--dpi", "5"), "--dpi 5: should be from 20 to 2400"),
         (("--out", "a.mp4", "--seconds", "0"), "--seconds 0: should be from 1 to 3600"),
-        (("--out", "a.png", "--camera", "x"), "--camera x: should be one of"),
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
-        (("--out", "a.png", "--layout", "x"), "--layout x: should be one of"),
         (("--out", "a.png", "--size", "10x10"), "--size 10x10: should be from 320x120"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
         (("--out", "a.mp4", "--size", "481x270"), "--size 481x270: films need even numbers"),

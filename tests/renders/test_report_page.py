@@ -89,18 +89,3 @@ def test_the_filter_keeps_rows_with_all_words(report):
     report.locator("#filter").fill("")
     assert len(report.evaluate(ROWS)) == 5
     assert report.get_by_text("A falling bar.").is_visible()
-
-
-def luminance(page, colour: str) -> float:
-    parts = page.evaluate(f"getComputedStyle(document.body).{colour}")
-    red, green, blue = (float(part) for part in parts[parts.index("(") + 1 : -1].split(",")[:3])
-    return (0.2126 * red + 0.7152 * green + 0.0722 * blue) / 255.0
-
-
-def test_the_theme_is_that_of_the_system_and_paper_is_white(page, file):
-    page.emulate_media(color_scheme="dark")
-    page.goto(file.as_uri())
-    assert luminance(page, "backgroundColor") < 0.1 < luminance(page, "color")
-    page.emulate_media(media="print")
-    assert luminance(page, "backgroundColor") == pytest.approx(1.0)
-    assert luminance(page, "color") < 0.2

@@ -9,7 +9,6 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from oblique_impact import InputError
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import scale_bar
 from oblique_impact.renders.story import ColourScale, colour_scale, round_up
@@ -93,15 +92,6 @@ def test_the_ends_of_a_scale_and_of_a_scale_bar_are_round():
 # Time ---------------------------------------------------------------------------------------------------------
 
 
-def test_time_is_stretched_in_contacts(run):
-    history = run("paper")
-    timeline = make_timeline(time_map(history, 0.1, 0.001))
-    for contact in history.contacts:
-        inside = (timeline.times > contact.start) & (timeline.times < contact.end)
-        np.testing.assert_allclose(timeline.rates[inside], 0.001, rtol=1e-3)
-    np.testing.assert_allclose(timeline.rates[timeline.times < 0.2], 0.1, rtol=1e-6)
-
-
 @pytest.mark.parametrize("name", ["paper", "spin-up", "mid-span"])
 def test_the_map_of_a_run_ascends_at_round_rates(run, name):
     history = run(name)
@@ -123,28 +113,3 @@ def test_a_film_is_as_long_as_it_is_asked_to_be(run):
     assert make_timeline(course, fps=30).duration == pytest.approx(12.0, abs=0.1)
     times = np.linspace(*page.times[[0, -1]], 501)
     np.testing.assert_allclose(course.film_at(times) / 12.0, page.film_at(times) / page.duration, atol=1e-9)
-
-
-def test_a_part_of_the_film_runs_as_the_whole_film(run):
-    course = time_map(run("paper"))
-    part = make_timeline(course, between=(0.31, 0.335))
-    times = np.linspace(0.31, 0.335, 200)
-    shown = course.film_at(times) - course.film_at(0.31)
-    np.testing.assert_allclose(part.course.film_at(times), shown, atol=1e-9)
-    assert part.times[[0, -1]] == pytest.approx([0.31, 0.335], abs=0.0)
-    exact = make_timeline(course, frames=301)
-    assert exact.times.size == 301
-    np.testing.assert_allclose(exact.course.film_at(exact.times), np.arange(301) / 30, atol=1e-9)
-
-
-def test_senseless_values_are_one_line(run):
-    course = time_map(run("paper"))
-    for options, line in (
-        ({"fps": 0}, "--fps 0"),
-        ({"between": (0.5, 0.2)}, "--between 0.5,0.2: should be two increasing times from 0 to 1 s"),
-        ({"frames": 1}, "--frames 1"),
-    ):
-        with pytest.raises(InputError, match=line):
-            make_timeline(course, **options)
-    with pytest.raises(InputError, match="--contact-speed nan"):
-        time_map(run("paper"), contact_speed=float("nan"))

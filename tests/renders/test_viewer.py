@@ -86,10 +86,6 @@ def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pr
     low, high = beam.actor.mapper.scalar_range
     assert high == -low
     assert 0.5 * high < np.abs(geometry.result("bending_stress", k)).max() / 1e6 <= high
-    viewer.plotter.render()
-    picture = np.asarray(viewer.plotter.screenshot(return_img=True))[..., :3].astype(int)
-    for sign in (1, -1):
-        assert np.sum(sign * (picture[..., 0] - picture[..., 2]) > 40) > 50
     viewer.go_to(0.1)
     assert said(viewer).strip() == "t = 0.10000 s  FREE"
 

@@ -53,12 +53,6 @@ def test_sides_and_points_count_from_the_slope_on(scenario):
     assert place == pytest.approx((2.0 - math.sqrt(0.5), -math.sqrt(0.5)))
 
 
-def test_one_contact_point_knows_the_slope_alone():
-    scenario = Scenario.from_toml("[slope]\nextent = [0.0, 2.0]")
-    assert [side.obstacle for side in scenario.sides] == [0]
-    assert (scenario.obstacle_points, scenario.beam_points) == ([], (1.0,))
-
-
 def test_files_keep_them(scenario, tmp_path):
     resolved = scenario.to_toml()
     assert Scenario.from_toml(resolved) == scenario
@@ -74,10 +68,6 @@ def test_files_keep_them(scenario, tmp_path):
         valid(tomllib.loads(file))
     with pytest.raises(fastjsonschema.JsonSchemaException):
         valid(tomllib.loads(TEXT.replace('"point"', '"peg"')))
-
-
-def test_a_file_without_obstacles_says_so():
-    assert tomllib.loads(Scenario().to_toml())["obstacles"] == []
 
 
 def test_they_are_changed_as_a_whole_and_item_by_item(scenario):

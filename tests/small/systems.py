@@ -1,18 +1,16 @@
-"""Small systems of the tests in this folder, and their closed forms."""
+"""What the tests in this folder share: schemes, scales, friction laws, motions with friction, orders."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from math import exp, inf, log, sin
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 from oblique_impact import History, Outcome
 from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless, ModifiedCoulomb
-from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
@@ -67,7 +65,7 @@ class Scale(NamedTuple):
 UNSCALED = Scale()
 
 
-# --- friction laws and their closed forms
+# --- friction laws and motions with them
 
 
 class Law(NamedTuple):
@@ -122,89 +120,29 @@ class Passage(NamedTuple):
 
 
 def slide(end: float, speed: float, drive: float, normal: float, law: Law) -> Passage:
-    """Way and speed at `end` of v' = drive - mu(|v|) sign(v) normal, x(0) = 0, v(0) = speed; closed forms only.
+    """Way and speed at `end` of v' = drive - mu(|v|) sign(v) normal, x(0) = 0, v(0) = speed, by SciPy to 1e-12.
 
-    In each interval where mu is linear, v' = a + b v: v = (v0 + a/b) exp(b t) - a/b.  At v = 0 it rests for good
-    if |drive| <= static normal, and goes on with the direction of `drive` otherwise.
+    At v = 0 it rests for good if |drive| <= static normal, and goes on with the direction of `drive` otherwise.
     """
     time, way, turns = 0.0, 0.0, []
     while time < end:
-        if speed == 0.0:
-            if law.static is not None and abs(drive) <= law.static * normal:
-                break
-            side = 1.0 if drive > 0.0 else -1.0
-        else:
-            side = 1.0 if speed > 0.0 else -1.0
-        growing = side * drive - law.at(abs(speed)) * normal > 0.0
-        edges = [v for v, _ in law.points if (v > abs(speed) if growing else v < abs(speed))]
-        goal = (min(edges) if growing else max(edges)) if edges else (inf if growing else 0.0)
-        inner, outer = sorted((abs(speed), min(goal, abs(speed) + 1.0)))
-        slope = (law.at(outer) - law.at(inner)) / (outer - inner)
-        b = -slope * normal
-        a = side * drive - (law.at(inner) - slope * inner) * normal
-        left = end - time
-        span = min(left, _time_to(abs(speed), goal, a, b))
-        fast, gone = _line(span, abs(speed), a, b)
-        speed = side * (goal if span < left else fast)
-        way, time = way + side * gone, time + span
-        if speed == 0.0:
+        if speed == 0.0 and law.static is not None and abs(drive) <= law.static * normal:
+            break
+        side = np.sign(speed or drive)
+
+        def rates(t: float, y: Array, side: float = side) -> tuple[float, float]:
+            return y[1], drive - law.at(side * y[1]) * side * normal
+
+        def stops(t: float, y: Array, side: float = side) -> float:
+            return side * y[1]
+
+        stops.terminal, stops.direction = True, -1
+        part = solve_ivp(rates, (time, end), (way, speed), "DOP853", rtol=1e-13, atol=1e-15, events=stops)
+        time, (way, speed) = part.t[-1], part.y[:, -1]
+        if part.status == 1:
+            speed = 0.0
             turns.append(time)
     return Passage(time, way, speed, tuple(turns))
-
-
-def _time_to(speed: float, goal: float, a: float, b: float) -> float:
-    """When v' = a + b v brings a speed to the goal; infinite if it never does."""
-    if goal == inf:
-        return inf
-    if b == 0.0:
-        return (goal - speed) / a if (goal - speed) * a > 0.0 else inf
-    ratio = (goal + a / b) / (speed + a / b)
-    return log(ratio) / b if ratio > 0.0 and log(ratio) / b > 0.0 else inf
-
-
-def _line(t: float, speed: float, a: float, b: float) -> tuple[float, float]:
-    """Speed and way after t of v' = a + b v."""
-    if b == 0.0:
-        return speed + a * t, speed * t + 0.5 * a * t * t
-    final = (speed + a / b) * exp(b * t) - a / b
-    return final, (final - speed - a * t) / b
-
-
-# --- systems
-
-
-@dataclass(frozen=True)
-class PulledMass(MechanicalSystem):
-    """A mass on the ground: a spring along it, whose end moves at `pull`, and a lifting force lift sin(rate t).
-
-    q = [x, y];  m x'' = stiffness (pull t - x) + lambda_tau,  m y'' = -m gravity + lift sin(rate t) + lambda_n.
-    """
-
-    stiffness: float = 0.0
-    pull: float = 0.0
-    lift: float = 0.0
-    rate: float = 1.0
-    mass: float = 1.0
-    gravity: float = GRAVITY
-    size = 2
-
-    def mass_matrix(self, t: float, q: Array) -> Array:
-        return self.mass * np.eye(2)
-
-    def forces(self, t: float, q: Array, qd: Array) -> Array:
-        spring = self.stiffness * (self.pull * t - q[0])
-        return np.array([spring, -self.mass * self.gravity + self.lift * sin(self.rate * t)])
-
-    def contact(self, t: float, q: Array, qd: Array) -> ContactRows:
-        return ContactRows(q[1], q[0], qd[1], qd[0], np.array([0.0, 1.0]), np.array([1.0, 0.0]))
-
-    def energy(self, t: float, q: Array, qd: Array) -> tuple[float, float, float]:
-        elastic = 0.5 * self.stiffness * (self.pull * t - q[0]) ** 2
-        return 0.5 * self.mass * float(qd @ qd), elastic, self.mass * self.gravity * q[1]
-
-    def supplied_power(self, t: float, q: Array, qd: Array, work: Any) -> float:
-        spring = self.stiffness * (self.pull * t - q[0])
-        return spring * self.pull + self.lift * sin(self.rate * t) * float(qd[1])
 
 
 # --- what is read off a history

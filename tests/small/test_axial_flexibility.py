@@ -14,12 +14,11 @@ from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import RouthImpact
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.errors import InputError
-from oblique_impact.validation.small_systems import FreeRod
+from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.small.systems import (
     EVENT_ERROR,
     GRAVITY,
     SCHEMES,
-    PulledMass,
     assert_order,
     completed,
     kinds_of,
@@ -27,6 +26,7 @@ from tests.small.systems import (
     scheme_of,
     times_of,
 )
+from tests.systems import Block
 
 STOP, FLEXIBILITY = 4e4, 1e-4  # N/m, m/N
 LAW = Coulomb(0.4, 0.3)
@@ -36,7 +36,7 @@ def run(scheme: str, step: float, end: float, place: float, velocity: tuple[floa
     """Run a mass of 1 kg, `place` (m) above an elastic ground, with a velocity (m/s) along it and upwards."""
     parts = {"contact_law": ElasticStop(STOP), "axial_flexibility": FLEXIBILITY} | more
     found = simulate_system(
-        PulledMass(),
+        Particle(above=-GRAVITY),
         np.array([0.0, place]),
         np.array(velocity),
         end,
@@ -162,9 +162,9 @@ def test_a_rod_on_rigid_ground_slips_and_sticks_as_by_an_independent_program(ang
 
 def lifted(velocity: float, until: float, law: ElasticStop | None) -> History:
     """Run a mass on its spring, with a velocity (m/s) along the ground, which a force unloads meanwhile."""
-    mass = PulledMass(lift=5.0, rate=40.0)
+    mass = Block(lambda t, q, qd: (0.0, 5.0 * sin(40.0 * t) - GRAVITY))
     stiffness = law.stiffness if law else inf
-    at_rest = (np.array([0.0, -GRAVITY / stiffness]), np.array([velocity, mass.lift * mass.rate / stiffness]))
+    at_rest = (np.array([0.0, -GRAVITY / stiffness]), np.array([velocity, 5.0 * 40.0 / stiffness]))
     parts = {"friction": LAW, "contact_law": law, "axial_flexibility": FLEXIBILITY}
     return completed(simulate_system(mass, *at_rest, until, **parts))
 

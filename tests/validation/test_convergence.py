@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -152,17 +151,3 @@ def test_gaps_are_named_and_do_not_stop_the_rest():
     found = analyse(h, f)
     assert found.verdict == NO_VERDICT
     assert "three successive levels" in found.reason
-
-
-@pytest.mark.parametrize(
-    ("value", "uncertainty", "text"),
-    [
-        (1.84709854, 0.036, "1.847"),
-        (15904.0, 1200.0, "15900"),
-        (-0.31234, 0.02, "\N{MINUS SIGN}0.312"),
-        (2.0, math.nan, "2"),
-    ],
-)
-def test_digits_follow_the_uncertainty(value, uncertainty, text):
-    analysis = replace(analyse(UNIFORM, power(UNIFORM, 2.0)), uncertainty=uncertainty)
-    assert analysis.shown(value) == text

@@ -10,9 +10,8 @@ from scipy.stats import binom
 from scipy.stats import t as student
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.problem import beam_of
+from oblique_impact.history.axis_motion import sensor_reading
 from oblique_impact.validation import fit
-from oblique_impact.validation.studies.measured import along_beam
 from oblique_impact.validation.studies.parallel import map_parallel
 
 # a steel strip, clamped, falls onto an elastic stop 2 mm below it, twice in a tenth of a second
@@ -45,7 +44,7 @@ def repetition(task):
 
 @pytest.fixture(scope="module")
 def exact():
-    return along_beam(simulate(STRIP), "displacement", 0.2, TIMES)
+    return sensor_reading(simulate(STRIP), "displacement", 0.2, TIMES)
 
 
 def misses(results):
@@ -65,7 +64,7 @@ def test_95_of_100_intervals_hold_the_true_value(tmp_path, exact):
 
 def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_path, cli, exact):
     """By the command, from two sensors with noise of their own; nothing slides here, so friction has no effect."""
-    scatter, strains = np.random.default_rng(1), along_beam(simulate(STRIP), "strain", 0.03, TIMES)
+    scatter, strains = np.random.default_rng(1), sensor_reading(simulate(STRIP), "strain", 0.03, TIMES)
     displacement, strain = (
         clean + noise * scatter.standard_normal(TIMES.size) for clean, noise in ((exact, 2e-5), (strains, 1e-6))
     )
@@ -87,6 +86,9 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
         # both starts end there
         ends = [start[f"{key} to"] for start in found["starts"]]
         assert ends == pytest.approx([rows[key]["value"]] * 2, rel=1e-2)
+    assert [start["sum_of_squares"] for start in found["starts"]] == pytest.approx(
+        [found["sum_of_squares"]] * 2, rel=1e-3
+    )
     assert rows["contact.mu_static"] == {**rows["contact.mu_static"], "value": 0.3, "low": None, "high": None}
     residuals = pd.read_csv(out / "results.csv")
     # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
@@ -94,7 +96,7 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
     for column, noise, place in (("displacement@0.2 m", 2e-5, 0.2), ("strain@3 cm", 1e-6, 0.03)):
         rows_of_it = residuals[residuals["column"] == column]
         assert rows_of_it["deviation"].to_numpy() == pytest.approx(np.full(TIMES.size, noise), rel=0.3)
-        again = along_beam(fitted, column.partition("@")[0], place, TIMES)
+        again = sensor_reading(fitted, column.partition("@")[0], place, TIMES)
         assert rows_of_it["fitted"].to_numpy() == pytest.approx(again, abs=1e-3 * noise)
     assert "correlation" in (out / "report.html").read_text().lower()
 
@@ -105,19 +107,10 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
 
     What fits four durations is their mean; the interval ends where the duration is that -+ 1.96 sigma/2.
     """
-    bar = Scenario.builtin(
-        "paper",
-        [
-            *(
-                "beam.youngs_modulus=1e15",
-                "discretization.modes=1",
-                "contact.normal=spring",
-                "contact.stiffness=3e3",
-            ),
-            *("contact.friction=frictionless", "gravity=0", "initial.angle=0.01", "initial.angular_velocity=-1"),
-            *("slope.angle=0", "slope.origin=[0,0]", "end_time=0.2", "solver.output_interval=1e-2"),
-        ],
-    )
+    keys = "beam.youngs_modulus=1e15 discretization.modes=1 contact.normal=spring contact.stiffness=3e3 gravity=0 "
+    keys += "contact.friction=frictionless initial.angle=0.01 initial.angular_velocity=-1 slope.angle=0 "
+    keys += "slope.origin=[0,0] end_time=0.2 solver.output_interval=1e-2"
+    bar = Scenario.builtin("paper", keys.split())
     times = np.array([0.0385, 0.0392, 0.0390, 0.0381])
     header = "collision_duration [ms], collision_duration +- [us]"
     data = written(tmp_path / "t.csv", header, 1e3 * times, [1e6 * deviation] * 4)
@@ -133,7 +126,7 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
         assert math.log(end / row.value) == pytest.approx(
             math.log(stiffness(times.mean() + moved) / stiffness(times.mean())), rel=3e-2
         )
-    assert result.squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
+    assert result.sum_of_squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
 
 
 def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
@@ -157,56 +150,9 @@ def test_a_damping_that_is_not_there_gets_an_upper_end(tmp_path, exact):
     assert (low, result.warnings[0]) == (0.0, "contact.damping: these data set it no lower end")
     # there the sum of squares has grown by t^2
     stiff = STRIP.replace(contact__damping=high)
-    off = (along_beam(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise) / result.data["deviation"][0]
-    assert np.sum(off**2) - result.squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
-
-
-# --- sensors
-
-
-def test_sensors_on_a_rigid_pendulum():
-    """A stiff rod swings from 0.5 rad: theta'' = -(3 g/2 L) cos theta, and the moment of a falling chimney.
-
-    M(x) = (m g/4 L^2) cos theta x (L - x)^2: the part outside of x weighs more than its inertia holds it.
-    """
-    rod = Scenario.builtin(
-        "paper",
-        [
-            "contact.enabled=false",
-            "beam.youngs_modulus=1e14",
-            "initial.angle=0.5",
-            "end_time=0.3",
-            "discretization.modes=1",
-            "beam.outer_fibre=0.01",
-            "beam.kelvin_voigt=1e-4",
-        ],
-    )
-    history, times, x = simulate(rod), np.array([0.05, 0.12345, 0.3]), 0.3
-    theta, spin = history["theta"].interp(time=times).values, history["theta_dot"].interp(time=times).values
-    read = {
-        kind: along_beam(history, kind, x, times)
-        for kind in ("displacement", "velocity", "acceleration", "strain")
-    }
-    beam = rod.beam
-    assert read["displacement"] == pytest.approx(x * np.sin(theta - 0.5), abs=1e-6)
-    assert read["velocity"] == pytest.approx(x * spin * np.cos(theta - 0.5), abs=1e-5)
-    assert read["acceleration"] == pytest.approx(-1.5 * rod.gravity / beam.length * np.cos(theta) * x, rel=1e-4)
-    weight = beam.density * beam.area * beam.length * rod.gravity
-    moment = weight / (4.0 * beam.length**2) * np.cos(theta) * x * (beam.length - x) ** 2
-    strain = 0.01 * moment / (beam.youngs_modulus * beam.second_moment)
-    assert np.abs(read["strain"]) == pytest.approx(np.abs(strain), rel=1e-3)
-
-
-def test_strain_is_that_of_the_bent_beam_and_not_of_its_damping():
-    """Against curvatures of many shape functions, of a strip whose damping takes a third of the moment."""
-    strip = STRIP.replace(contact__enabled=False, beam__kelvin_voigt=4e-3, discretization__modes=12)
-    history = simulate(strip)
-    o, where = beam_of(strip).operators, 8
-    curvature = history["q"].values[:, 1:] @ o.stations.curvatures[where]
-    read = along_beam(history, "strain", float(o.stations.points[where]), history["time"].values[10:])
-    assert read == pytest.approx(5e-4 * curvature[10:], rel=2e-2, abs=1e-7)
-    at_rest = 5e-4 * 7850.0 * 2e-5 * 9.8 * (0.25 - 0.0625) ** 2 / 2.0 / (2.1e11 * strip.beam.second_moment)
-    assert abs(read[-1]) == pytest.approx(at_rest, rel=0.2)
+    off = sensor_reading(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise
+    off /= result.data["deviation"].to_numpy()
+    assert np.sum(off**2) - result.sum_of_squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
 
 
 # --- what is refused

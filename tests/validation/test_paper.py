@@ -69,34 +69,22 @@ def drawn(number, schemes):
     return figure
 
 
-def test_schemes_are_one_above_the_other_and_models_have_their_lines():
-    figure = drawn(14, both(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
-    above, below = figure.axes
-    assert [axes.get_title(loc="left") for axes in (above, below)] == [
-        "(a) fixed-step, as printed",
-        "(b) event-located",
-    ]
+def test_a_panel_of_each_scheme_has_the_lines_of_the_models():
+    above, below = drawn(14, both(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)).axes
     last = [{line.get_label(): line.get_ydata()[-1] for line in axes.lines} for axes in (above, below)]
     assert last == [
         {"hybrid": 1.0, "frictionless": 2.0, "modified Coulomb": 3.0},
         {"hybrid": 4.0, "frictionless": 5.0, "modified Coulomb": 6.0},
     ]
-    handles = {handle.get_label(): handle for handle in figure.legends[0].legend_handles}
-    assert all(line.get_color() == handles[line.get_label()].get_color() for line in (*above.lines, *below.lines))
     assert [axes.get_ylabel() for axes in (above, below)] == [r"place $Z_\tau$ (m)"] * 2
-    assert (below.get_xlabel(), below.get_xlim()) == ("time (s)", (0.0, 1.0))
+    assert below.get_xlabel() == "time (s)"
 
 
 def test_a_collision_is_drawn_in_milliseconds_and_mm_with_its_marks_and_the_paper_s_instant():
-    events = [
-        event(0.30, "impact", "SLIP"),
-        event(0.31, "reversal", "SLIP"),
-        event(0.32, "stick", "STICK"),
-        event(0.34, "release", "FREE"),
-    ]
+    states = {0.30: "impact SLIP", 0.31: "reversal SLIP", 0.32: "stick STICK", 0.34: "release FREE"}
+    events = [event(time, *words.split()) for time, words in states.items()]
     figure = drawn(15, both(1.0, 0.0, 0.0, 1.0, 0.0, 0.0, events=events))
     assert figure.axes[1].get_xlabel() == "time (ms)"
-    assert figure.axes[1].get_xlim() == pytest.approx((297.6, 342.4))
     for axes in figure.axes:
         marks = {line.get_marker(): line for line in axes.lines}
         assert axes.get_ylabel() == r"place $Z_\tau$ (mm)"
@@ -104,8 +92,6 @@ def test_a_collision_is_drawn_in_milliseconds_and_mm_with_its_marks_and_the_pape
         assert np.ravel(marks["o"].get_data()) == pytest.approx([320.0, 320.0])
         (paper_line,) = (line for line in axes.lines if line.get_label() == "paper")
         assert list(paper_line.get_xdata()) == [325.0, 325.0]
-    labels = [text.get_text() for text in figure.legends[0].texts]
-    assert labels[3:] == ["slip reverses", "judged stick", "paper"]
 
 
 def test_the_window_of_a_collision_holds_all_runs_and_what_the_paper_names():

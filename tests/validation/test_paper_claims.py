@@ -226,36 +226,6 @@ def test_every_claim_is_tested_and_says_its_place_and_rule():
     assert all(claim.rule and claim.paper.endswith(".") and "Sec" in claim.place for claim in CLAIMS)
 
 
-# claim, runs, text
-FINDINGS = [
-    ("normal-coincides", three(lambda_n=(EARLY, EARLY, EARLY)), "largest difference 0"),
-    ("normal-coincides", three(lambda_n=(EARLY, LATE, EARLY)), "largest difference 1"),
-    (  # no force in the second collision, no third one
-        "friction-drifts-apart",
-        three(lambda_tau=(EARLY, 0.0, pulse(0.31, 2.0))),
-        "differences in collisions 1, 2, 3: 0.333, –, –",
-    ),
-    ("friction-matters", touching(0.677, 0.68, 0.68), "second touch 3 ms earlier with friction"),
-    ("considerable-loss", hybrid(energy=after(2.25)), "0.75 J, 25 % of the total"),
-    ("friction-dissipates", hybrid(), "100 mJ, 5 % of what is lost in the run"),
-    (
-        "slip-only-first",
-        STUCK_FOR_300_US,
-        "2 stays judged as stick, 300 µs in all, 0.75 % of the contact; slip velocity as they begin up to 20 mm/s",
-    ),
-    (
-        "stick-at-0.699",
-        slip_in_second((0.69, "stick"), (0.6901, "slip"), (0.7, "stick"), (0.70025, "slip")),
-        "longest stay judged as stick from 0.7000 s, 250 µs",
-    ),
-]
-
-
-@pytest.mark.parametrize(("claim", "runs", "text"), FINDINGS, ids=[f[0] for f in FINDINGS])
-def test_a_finding_has_its_numbers_with_units(claim, runs, text):
-    assert BY_ID[claim].judge(runs)[1] == text
-
-
 def test_verdicts_of_two_schemes_combine_and_those_of_all_combinations_are_counted(monkeypatch):
     """First touches 1.1 and 0.9 ms apart: with friction that matters in the fixed-step runs alone."""
     chosen = ("friction-matters", "first-collision", "states-interchange")

@@ -82,24 +82,17 @@ def test_named_quantities_have_units_and_take_what_they_are_called(run):
     assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 30.0]
 
 
-@pytest.mark.parametrize("name", ["tip_y", "energy_elastic"])
-def test_values_between_samples(run, name):
-    """A run with four times the samples knows what lies between."""
-    coarse, fine = (run("paper", "end_time=0.31", f"solver.output_interval={step}") for step in (2e-4, 5e-5))
-    values = fine[name].values
-    for moment in (0.10005, 0.25015, 0.2999):
-        place = int(np.argmin(np.abs(fine["time"].values - moment)))
-        found = quantity(f"{name}@{moment}").measure(coarse)
-        assert found == pytest.approx(values[place], abs=1e-4 * np.abs(values).max())
-        assert quantity(f"{name}@{moment}").measure(fine) == values[place]
-
-
 def test_a_jump_has_the_value_after_it(run):
     history = run("paper")
     impact = history.events[0].time
     place = int(last_sample(history["time"].values, impact))
     assert history["time"].values[place] > impact
     assert quantity(f"gap_rate@{impact!r}").measure(history) == float(history["gap_rate"][place])
+
+
+def test_the_zone_is_the_least_place_of_the_first_collision(run):
+    history = run("edge", "contact.grid=8", "discretization.elements=8", "end_time=0.385")
+    assert quantity("zone").measure(history) == min(contact.first_place for contact in history.contacts) < 0.62
 
 
 def test_what_a_run_does_not_have_is_a_named_gap(run):

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import json
-
 import pytest
 
 from oblique_impact import InputError
-from oblique_impact.validation.studies.small_deflection import MODELS, lines, small_deflection
+from oblique_impact.validation.studies.small_deflection import small_deflection
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +26,8 @@ def test_kinetics_and_frames_err_as_they_should(study):
     # a light hub turns with the beam
     assert error["light hub", "tangent, first order"] > 3.0 * error["hub", "tangent, first order"]
     assert error["stop", "tangent, first order"] < 0.03
-    assert set(result.of("pendulum", "tangent, first order")["outcome"]) == {"mass-matrix-indefinite"}
+    outcomes = result.points.set_index(["problem", "model"])["outcome"]
+    assert outcomes["pendulum", "tangent, first order"] == "mass-matrix-indefinite"
 
 
 @pytest.mark.slow
@@ -42,18 +40,6 @@ def test_errors_grow_with_the_square_of_the_deflection(study):
     full = "hub", "tangent, full"
     assert small["pendulum", "mean axis, first order"] == pytest.approx(0.019, rel=0.2)
     assert large[full] / small[full] == pytest.approx((0.1 / 0.03) ** 2, rel=0.25)
-
-
-def test_report_has_every_point_and_the_picture(study):
-    result, folder = study
-    rows = json.loads((folder / "results.json").read_text())["points"]
-    assert len(rows) == len(result.points) == sum(map(len, MODELS.values()))
-    with (folder / "results.csv").open() as file:
-        assert next(iter(csv.DictReader(file)))["model"] == rows[0]["model"]
-    page = (folder / "report.html").read_text()
-    assert page.count("<svg") == 1
-    assert all(model in page for models in MODELS.values() for model in models)
-    assert any("tangent, first order" in line and "(w/L)^2" in line for line in lines(result))
 
 
 def test_runs_say_what_the_study_measures(study):

@@ -17,7 +17,8 @@ A report is sections of text, tables and pictures:
 writes report.html, results.json and results.csv into `folder`, each whole or not at all; date, command, versions,
 machine and provenance are added to the page, and all but the date to the JSON.  Tables and pictures are numbered;
 a button saves a picture as SVG.  Cells of a table are texts, numbers (six digits; `cell` takes others), None, or a
-`Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats a number for reading,
+`Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  A block None, a table without rows and a
+section without blocks are left out.  `number` formats a number for reading,
 `number_within` to the digits that its uncertainty leaves.  `write_json` and `write_file` write further files.
 """
 
@@ -40,7 +41,6 @@ from typing import Any
 
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from oblique_impact.files import plain, save_whole
@@ -158,6 +158,10 @@ class Table:
     wide: Sequence[int] = ()  # columns of running text, that may wrap
     block: str = "table"
 
+    def __bool__(self) -> bool:
+        """Whether it has rows."""
+        return len(self.rows) > 0
+
     @classmethod
     def of_frame(
         cls,
@@ -208,15 +212,6 @@ class Picture:
     block: str = "picture"
     figure: Any = None
 
-    def _repr_svg_(self) -> str:
-        """Show the picture in a notebook."""
-        return self.svg
-
-    @property
-    def markup(self) -> Markup:
-        """The picture for the template."""
-        return Markup(self.svg)
-
 
 @contextmanager
 def picture(
@@ -254,10 +249,14 @@ class Section:
     """
 
     title: str
-    blocks: Sequence[Block]
+    blocks: Sequence[Block | None]
     verdict: str = ""
     count: str = ""
     opened: bool = True
+
+    def __bool__(self) -> bool:
+        """Whether it has blocks."""
+        return any(self.blocks)
 
     @property
     def anchor(self) -> str:
@@ -276,7 +275,7 @@ class Report:
     seconds: float | None = None
     #: names and values for the head; provenance, versions and machine are added
     facts: Sequence[tuple[str, str]] = ()
-    overview: Sequence[Block] = ()
+    overview: Sequence[Block | None] = ()
     sections: Sequence[Section] = ()
     #: whether the page has a field that filters the rows of its parts
     filtered: bool = False

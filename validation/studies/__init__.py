@@ -7,7 +7,7 @@
 `refinement`        levels of elements, modes, steps, stiffness, tolerances: `refine`; `ladders`, `shipped` studies
 `predictability`    sensitivity to the initial angle
 `periodic`          steady state on a shaken base: period, impacts per period, stroboscopic samples
-`fitting`           keys found from measured data; `measured` reads them
+`fitting`           keys found from measured data: `fit`
 `small_deflection`  the floating frame against the exact beam, over flexibility and spin
 `sweep`             a scenario over axes of its keys, from a TOML file; `design` of the runs; `maps` of the results
 """

@@ -11,12 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
+from scipy.special import exprel
 
 from oblique_impact.validation.report import number_within
+
+Numbers = TypeVar("Numbers", float, "pd.Series[float]")
 
 #: safety factor of the grid convergence index of three levels or more
 SAFETY = 1.25
@@ -30,6 +34,8 @@ LOWEST_ORDER = 0.3
 ABOVE_NOISE = 5.0
 #: what rounding leaves of a value after many steps
 ROUNDING = 1e-13
+#: of an order times the logarithm of a ratio, within which orders are looked for; exp(700) is still a number
+_REACH = 500.0
 #: of the tolerance: differences below it may grow, the last levels agree anyway
 NEGLIGIBLE = 0.1
 
@@ -140,37 +146,28 @@ def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: 
     """
     if not (np.isfinite([coarse, fine]).all() and coarse * fine > 0.0):
         return math.nan
-    wanted, a, b = math.log(coarse / fine), math.log(coarse_ratio), math.log(fine_ratio)
+    a, b = math.log(coarse_ratio), math.log(fine_ratio)
 
     def excess(p: float) -> float:
-        return _log_growth(p, a) - _log_growth(p, b) + p * b - wanted
+        # r^p - 1 is p ln r times exprel(p ln r), which is smooth through p = 0
+        return float(np.log(exprel(p * a) / exprel(p * b) * a / b * fine / coarse)) + p * b
 
-    reach = 1.0
-    while excess(-reach) > 0.0 or excess(reach) < 0.0:
-        reach *= 2.0
-        if reach > 1e4:  # a difference of another size altogether: no order one could name
-            return math.nan
-    return float(brentq(excess, -reach, reach, xtol=1e-12, rtol=1e-12))
-
-
-def _log_growth(p: float, log_ratio: float) -> float:
-    """ln((r^p - 1)/p), smooth through p = 0."""
-    x = p * log_ratio
-    if abs(x) < 1e-9:
-        return math.log(log_ratio) + 0.5 * x
-    if x > 500.0:
-        return x - math.log(p)
-    return math.log(math.expm1(x) / p)
+    reach = _REACH / max(a, b)
+    if excess(-reach) > 0.0 or excess(reach) < 0.0:  # a difference of another size altogether
+        return math.nan
+    return float(brentq(excess, -reach, reach, xtol=1e-15, rtol=1e-15))
 
 
-def richardson_limit(fine: float, difference: float, ratio: float, order: float) -> float:
+def richardson_limit(fine: Numbers, difference: Numbers, ratio: Numbers, order: Numbers) -> Numbers:
     """Limit f1 + d21/(r21^p - 1) of the finest value f1 for an order p > 0."""
-    return fine + difference / math.expm1(order * math.log(ratio))
+    limit: Numbers = fine + difference / np.expm1(order * np.log(ratio))
+    return limit
 
 
-def grid_convergence_index(difference: float, ratio: float, order: float) -> float:
+def grid_convergence_index(difference: Numbers, ratio: Numbers, order: Numbers) -> Numbers:
     """Grid convergence index 1.25 |d21|/(r21^p - 1), in the unit of the difference, for an order p > 0."""
-    return SAFETY * abs(difference) / math.expm1(order * math.log(ratio))
+    index: Numbers = SAFETY * abs(difference) / np.expm1(order * np.log(ratio))
+    return index
 
 
 def analyse(
@@ -208,30 +205,16 @@ def analyse(
     if h.shape != f.shape or h.ndim != 1 or not np.all(h > 0.0) or not np.all(np.diff(h) < 0.0):
         raise ValueError(f"sizes {sizes} should fall, one for each of {len(values)} values")
     floor = max(noise, ROUNDING * float(np.max(np.abs(f[np.isfinite(f)]), initial=0.0)))
-    d = np.diff(f, prepend=math.nan)
-    count, known = h.size, np.isfinite(f)
-    orders, limits, indices = (np.full(count, math.nan) for _ in range(3))
-    above = np.zeros(count, dtype=bool)
-    for i in range(2, count):
-        if known[i - 2 : i + 1].all():
-            ratio = float(h[i - 1] / h[i])
-            orders[i] = p = observed_order(d[i - 1], d[i], float(h[i - 2] / h[i - 1]), ratio)
-            above[i] = min(abs(d[i - 1]), abs(d[i])) > ABOVE_NOISE * floor
-            if p > 0.0:
-                limits[i] = richardson_limit(f[i], d[i], ratio, p)
-                indices[i] = grid_convergence_index(d[i], ratio, p)
-    bound = tolerance * max(abs(float(f[-1])), scale) if known[-1] else 0.0
-    levels = pd.DataFrame(
-        {
-            "size": h,
-            "value": f,
-            "difference": d,
-            "observed_order": orders,
-            "richardson_limit": limits,
-            "grid_convergence_index": indices,
-            "above_noise": above,
-        }
-    )
+    levels = pd.DataFrame({"size": h, "value": f})
+    levels["difference"] = d = levels["value"].diff()
+    ratio = levels["size"].shift() / levels["size"]
+    triplets = zip(d.shift(), d, ratio.shift(), ratio, strict=True)
+    levels["observed_order"] = p = pd.Series([observed_order(*triplet) for triplet in triplets])
+    p = p.where(p > 0.0)
+    levels["richardson_limit"] = richardson_limit(levels["value"], d, ratio, p)
+    levels["grid_convergence_index"] = grid_convergence_index(d, ratio, p)
+    levels["above_noise"] = np.minimum(d.abs(), d.shift().abs()) > ABOVE_NOISE * floor
+    bound = tolerance * max(abs(float(f[-1])), scale) if np.isfinite(f[-1]) else 0.0
     return _verdict(Analysis(levels, floor), bound, declared)
 
 
@@ -251,7 +234,8 @@ def _verdict(a: Analysis, bound: float, declared: float | None) -> Analysis:
     if verdict == CONVERGING:
         order, limit = a.levels.loc[level, ["observed_order", "richardson_limit"]].tolist()
         # below the noise a difference says nothing any more: its place is taken by the noise
-        uncertainty = grid_convergence_index(max(now, a.noise), h[-2] / h[-1], min(order, declared or order))
+        index = grid_convergence_index(max(now, a.noise), h[-2] / h[-1], min(order, declared or order))
+        uncertainty = float(index)
     uncertainty = max(uncertainty, a.noise)
     calm = now < before or max(before, now) <= max(NEGLIGIBLE * bound, ABOVE_NOISE * a.noise)
     if uncertainty <= bound and calm:

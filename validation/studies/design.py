@@ -86,10 +86,7 @@ class AxisSection(Section):
             raise InputError(f"values: takes values, or range; {both}")
         if self.range is None and (self.count, self.spacing) != (None, None):
             raise InputError("count and spacing: only with range, not with values")
-        if self.range is None or self.count:
-            self.rows()
-        else:
-            self.ends()
+        self.rows()
         return self
 
     @property
@@ -222,9 +219,7 @@ class SweepFile(Section):
                 raise InputError(
                     f"axes.{number}.count: missing; how many values from {' to '.join(map(str, axis.range))}?"
                 )
-        sizes = [axis.count or len(axis.values or ()) for axis in self.axes or ()]
-        sizes += [len(self.table.rows)] if self.table else []
-        sizes += [cube.samples for cube in (self.latin_hypercube, self.sobol) if cube]
+        sizes = [len(rows) for _, rows in self.blocks()]
         if self.periodic and (len(sizes) != len(self.axes or ()) or not sizes):
             raise InputError("periodic: takes [[axes]] alone; steady states are continued along the last of them")
         sizes += [len(self.periodic.directions)] if self.periodic else []
@@ -370,8 +365,7 @@ def _continued(runs: Sequence[Run], count: int, periodic: PeriodicSection) -> li
             branch = runs[first : first + count]
             for number, run in enumerate(branch if direction == "up" else branch[::-1]):
                 labels = {**run.labels, "run": len(found) + 1, "direction": direction}
-                after = len(found) - 1 if number else None
-                found.append(replace(run, labels=labels, periodic=periodic, after=after))
+                found.append(replace(run, labels=labels, periodic=periodic, continued=number > 0))
     return found
 
 

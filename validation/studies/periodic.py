@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.messages import one_of, refused
@@ -128,7 +129,7 @@ def periodic_response(
         samples += history[settings.sample].values[whole].tolist()
         allowed = settings.tolerance * np.abs(motion - motion.mean(axis=0)).max(axis=(0, 2))
         found = _period(motion[whole], allowed)
-        initial_state = _last_state(history)
+        initial_state = history["q"].values[-1], history["qd"].values[-1]
     measured = found or _MEASURED
     history = simulate(scenario.replace(end_time=measured * period), on_progress, initial_state=initial_state)
     if history.outcome is Outcome.COMPLETED:
@@ -143,17 +144,10 @@ def periodic_response(
     return history
 
 
-def _last_state(history: History) -> MotionState:
-    return history["q"].values[-1], history["qd"].values[-1]
-
-
 def _motion(history: History) -> np.ndarray:
-    """Return places x + i y (m) and velocities (m/s) of the points of the axis, (samples, 2, stations)."""
-    h = {name: history[name].values for name in ("ux", "uy", "ux_dot", "uy_dot", "station")}
-    turn, spin = np.exp(1j * history["theta"].values[:, None]), history["theta_dot"].values[:, None]
+    """Return places x + i y (m) and velocities (m/s) of the stations, (samples, 2, stations)."""
     assert history.scenario is not None
-    along = history.scenario.root.hub_radius + h["station"] + h["ux"] + 1j * h["uy"]
-    return np.stack([turn * along, turn * (h["ux_dot"] + 1j * h["uy_dot"] + 1j * spin * along)], axis=1)
+    return np.stack([motion(history.scenario, history.data) for motion in (axis_places, axis_velocities)], axis=1)
 
 
 def _whole_periods(history: History, period: float) -> np.ndarray:

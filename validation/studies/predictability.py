@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,19 +71,12 @@ RULE = (
 )
 
 
-@dataclass(frozen=True)
-class Case:
-    """A scenario whose predictability is asked for, with a name."""
+@dataclass(frozen=True, repr=False)
+class CaseResult:
+    """Perturbed runs of one scenario."""
 
     name: str
     scenario: Scenario
-
-
-@dataclass(frozen=True, repr=False)
-class CaseResult:
-    """Perturbed runs of one case."""
-
-    case: Case
     #: a row for each event of the unperturbed run: time (s) and growth, bounds and infinities as in `collisions`
     events: pd.DataFrame
     #: a row for each macro-collision: number from 1, start (s) and impulse (N s) of the unperturbed run, the
@@ -100,7 +93,11 @@ class CaseResult:
 
     def __repr__(self) -> str:
         """Return a line for each macro-collision."""
-        return "\n".join(_lines(self))
+        found = [f"{self.name}:"]
+        for c in self.collisions.itertuples():
+            growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
+            found.append(f"  collision {c.collision}: starts at {c.start:.9g} s{growth}: {c.verdict}")
+        return "\n".join(found)
 
     @property
     def remarks(self) -> list[str]:
@@ -136,11 +133,11 @@ class Predictability:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row for each macro-collision of each case, as in results.csv."""
-        return pd.concat([found.collisions.assign(case=found.case.name) for found in self.cases])
+        return pd.concat([found.collisions.assign(case=found.name) for found in self.cases])
 
 
 def predictability(
-    scenario: Scenario | Sequence[Case],
+    scenario: Scenario | Mapping[str, Scenario],
     *,
     perturbations: Sequence[float] = PERTURBATIONS,
     shadows: int = SHADOWS,
@@ -155,12 +152,14 @@ def predictability(
 
     Parameters
     ----------
-    scenario : Scenario or sequence of Case
-        What is tried; the shipped cases are `oblique_impact.validation.studies.shipped.predictability_cases()`.
+    scenario : Scenario or mapping of str to Scenario
+        What is tried, or several by their names, such as
+        `oblique_impact.validation.studies.shipped.predictability_cases()`.
     perturbations : sequence of float
         Largest changes of the initial angle (rad).
     shadows : int
-        Runs per perturbation d, evenly from -d to d without 0; from 0 to d where -d lies below the slope.
+        Runs per perturbation d, an even number: evenly from -d to d without 0, but for those that would begin
+        below the slope.
     out : path, optional
         Folder for report.html, results.json and results.csv, where an interrupted study goes on.
     scheduler, workers, timeout, on_progress
@@ -181,33 +180,36 @@ def predictability(
     >>> predictability(soft, shadows=2, workers=1).cases[0].collisions["verdict"][0]
     'predictable'
     """
-    cases = [scenario] if isinstance(scenario, Scenario) else list(scenario)
-    cases = [
-        one if isinstance(one, Case) else Case(name, require_scenario(one, "predictability")) for one in cases
-    ]
     if not perturbations or not all(0.0 < d <= 0.1 for d in perturbations):
         given = "".join(f" {d:g}" for d in perturbations)
         raise InputError(f"perturbations{given}: should be angles in rad, above 0 and at most 0.1")
-    if not 2 <= shadows <= MOST_SHADOWS:
-        raise InputError(f"shadows {shadows}: should be from 2 to {MOST_SHADOWS}")
+    if not 2 <= shadows <= MOST_SHADOWS or shadows % 2:
+        raise InputError(f"shadows {shadows}: should be an even number from 2 to {MOST_SHADOWS}")
+    cases = scenario if isinstance(scenario, Mapping) else {name: require_scenario(scenario, "predictability")}
+    parts = np.delete(np.arange(-shadows // 2, shadows // 2 + 1), shadows // 2) / (shadows // 2)
+    offsets = [0.0, *np.outer(perturbations, parts).ravel().tolist()]
     started = time.perf_counter()
     names = tuple(f"{kind}:{n}" for kind, last in _ASKED.items() for n in range(1, last + 1))
     runs = []
-    for case in cases:
-        for offset in (0.0, *_offsets(case.scenario, perturbations, shadows).tolist()):
-            angle = case.scenario.initial.angle + offset
-            perturbed = case.scenario.replace(initial__angle=angle) if offset else case.scenario
-            runs.append(Run({"case": case.name, "offset": offset}, perturbed, names))
+    for label, case in cases.items():
+        if not case.contact.enabled:
+            raise InputError("contact.enabled = false: without contact there is nothing to predict")
+        for offset in offsets:
+            try:
+                perturbed = case.replace(initial__angle=case.initial.angle + offset) if offset else case
+            except InputError:  # below the slope
+                continue
+            runs.append(Run({"case": label, "offset": offset}, perturbed, names))
     frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
-    found = tuple(judge(case, tuple(perturbations), frame[frame["case"] == case.name]) for case in cases)
-    result = Predictability(name, found, time.perf_counter() - started)
+    found = [judge(label, case, perturbations, frame[frame["case"] == label]) for label, case in cases.items()]
+    result = Predictability(name, tuple(found), time.perf_counter() - started)
     if out is not None:
         report(result).write(Path(out), _data(result), result.to_dataframe())
     return result
 
 
-def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> CaseResult:
-    """Judge a case by the frame of its runs, that of offset 0 first; quantities "start:1", "event:1", ..."""
+def judge(name: str, scenario: Scenario, perturbations: Sequence[float], frame: pd.DataFrame) -> CaseResult:
+    """Judge a scenario by the frame of its runs, that of offset 0 first; quantities "start:1", "event:1", ..."""
     failing = frame["outcome"].isin(FAILURES) & (frame["offset"] != 0.0)
     failed, frame = frame[failing], frame[~failing]
 
@@ -219,7 +221,7 @@ def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> 
     events, starts = (times[:, np.isfinite(times[0])] for times in (table("event"), table("start")))
     count = starts.shape[1]
     impulses, contacts = table("collision_impulse")[:, :count], table("collision_contacts")[:, :count]
-    unit = float(events[0, 0]) if events.size and events[0, 0] > 0.0 else case.scenario.end_time
+    unit = float(events[0, 0]) if events.size and events[0, 0] > 0.0 else scenario.end_time
     # a perturbed run that came to its end without such a time would have had it later, which is a lower bound; one
     # that the physics stopped will never have it
     ends = frame["stopped_at"].where(frame["outcome"] == Outcome.COMPLETED.label, math.inf).to_numpy()[1:, None]
@@ -249,7 +251,7 @@ def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> 
         collisions[f"impulse_by_{d:g}"] = _largest(np.abs(impulses[1:] - impulses[0])[group])
         below = d * (1.0 + 1e-9)
     growths = pd.DataFrame({"time": events[0], "growth": _largest(moved / scale)})
-    return CaseResult(case, growths, collisions, unit, frame, failed)
+    return CaseResult(name, scenario, growths, collisions, unit, frame, failed)
 
 
 def _largest(values: Array) -> Array:
@@ -268,40 +270,11 @@ def verdict_of(growth: float, lower_bound: bool = False) -> str:
 
 def lines(result: Predictability) -> list[str]:
     """Return what a study found in lines, for a terminal."""
-    return [
-        line
-        for case in result.cases
-        for line in (f"{case.case.name}:", *(f"  {remark}" for remark in case.remarks), *_lines(case)[1:])
-    ]
-
-
-def _lines(case: CaseResult) -> list[str]:
-    """Return the name of a case, and a line for each macro-collision."""
-    found = [f"{case.case.name}:"]
-    for c in case.collisions.itertuples():
-        growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
-        found.append(f"  collision {c.collision}: starts at {c.start:.9g} s{growth}: {c.verdict}")
+    found = []
+    for case in result.cases:
+        name, *collisions = repr(case).splitlines()
+        found += [name, *(f"  {remark}" for remark in case.remarks), *collisions]
     return found
-
-
-def _offsets(scenario: Scenario, perturbations: Sequence[float], shadows: int) -> Array:
-    """Return the offsets of the perturbed runs (rad), on one side only where the other lies below the slope."""
-    if not scenario.contact.enabled:
-        raise InputError("contact.enabled = false: without contact there is nothing to predict")
-    below, above = shadows // 2, shadows - shadows // 2
-    both = np.concatenate([np.arange(-below, 0) / below, np.arange(1, above + 1) / above])
-    one = np.arange(1, shadows + 1) / shadows
-
-    def possible(offset: float) -> bool:
-        try:
-            scenario.replace(initial__angle=scenario.initial.angle + offset)
-        except InputError:
-            return False
-        return True
-
-    return np.concatenate(
-        [d * (one if not possible(-d) else -one if not possible(d) else both) for d in perturbations]
-    )
 
 
 # --- report
@@ -310,8 +283,8 @@ def _offsets(scenario: Scenario, perturbations: Sequence[float], shadows: int) -
 def _data(result: Predictability) -> dict[str, Any]:
     cases = [
         {
-            "name": found.case.name,
-            "scenario": found.case.scenario,
+            "name": found.name,
+            "scenario": found.scenario,
             "unit_time": found.unit_time,
             "runs": pd.concat([found.frame, found.failed])[["offset", "outcome", "message"]],
             "events": found.events,
@@ -324,17 +297,17 @@ def _data(result: Predictability) -> dict[str, Any]:
 
 def report(result: Predictability) -> Report:
     """Return the report."""
-    scenarios = {found.case.name: found.case.scenario for found in result.cases}
+    scenarios = {found.name: found.scenario for found in result.cases}
     return Report(
         "Predictability: runs with perturbed initial angles",
         "Sensitivity of times and impulses of the impacts to the initial angle. Perturbed runs start at angles "
         "that differ by less than can be measured; where they part, the scenario does not determine what follows.",
         result.seconds,
         facts=[("runs", str(sum(len(found.frame) + len(found.failed) for found in result.cases)))],
-        overview=[_growth_picture(result)] if any(len(found.events) for found in result.cases) else [],
+        overview=[_growth_picture(result) if any(len(found.events) for found in result.cases) else None],
         sections=[
             *map(_section, result.cases),
-            *([Section("Cases", [differing(scenarios)])] if len(scenarios) > 1 else []),
+            Section("Cases", [differing(scenarios) if len(scenarios) > 1 else None]),
             *parameters(scenarios),
             Section("How a verdict is found", [*map(Text, RULE)]),
         ],
@@ -348,7 +321,7 @@ def _growth_picture(result: Predictability) -> Picture:
         axes = drawn.figure.subplots()
         for index, found in enumerate(result.cases):
             growth = found.events["growth"].replace(math.inf, math.nan).cummax()
-            style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "label": found.case.name}
+            style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "label": found.name}
             axes.step(found.events["time"], growth, where="post", linewidth=1.4, **style)
         for level, words, up in ((SMALL, "predictable below", -11), (LARGE, "not predictable above", 3)):
             axes.axhline(level, color=GREY, linewidth=0.9, linestyle="--")
@@ -380,4 +353,4 @@ def _section(found: CaseResult) -> Section:
         "its time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves."
     )
     remarks = [Text(f"{capitalized(remark)}.", note=True) for remark in found.remarks]
-    return Section(found.case.name, [*remarks, *([Table(columns, rows, caption)] if rows else [])])
+    return Section(found.name, [*remarks, Table(columns, rows, caption)])

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import simpson
 
-from oblique_impact.beam.convergence import convergence_warnings
+from oblique_impact.beam.convergence import NOT_DETERMINED
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
 from oblique_impact.contact.state import State
@@ -125,8 +125,8 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     """
     if not history.macro_collisions:
         return {}
-    limits = history.summary.get("without_limit", ())
-    if "start" in limits or _damping_unresolved(history):
+    limits, warnings = history.summary.get("without_limit", ()), history.summary.get("warnings", ())
+    if "start" in limits or any(NOT_DETERMINED in warning for warning in warnings):
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
         return {name: why for name in names if decided_at(name, history) > touch_down}
@@ -135,14 +135,6 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
             name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
         }
     return {}
-
-
-def _damping_unresolved(history: History) -> bool:
-    """Whether the run warns that its damping is not resolved, or of too many contacts on an elastic stop."""
-    # the exact beam has mechanics of its own and no operators to judge by
-    if not history.summary.get("warnings") or history.scenario is None or history.scenario.is_absolute:
-        return False
-    return bool(convergence_warnings(beam_of(history.scenario), [m["contacts"] for m in history.macro_collisions]))
 
 
 def decided_at(name: str, history: History) -> float:

@@ -334,7 +334,7 @@ def _section(result: LadderResult, pictured: bool) -> Section:
         [
             Text(note, note=True),
             *(Text(f"{capitalized(remark)}.", note=True) for remark in result.remarks),
-            *([_picture(result)] if pictured else []),
+            _picture(result) if pictured else None,
             Table.of_frame(result.runs.assign(h=result.sizes), "Runs", wide=[6], columns=columns),
             *(_level_table(result, item) for item in result.results),
         ],

@@ -79,8 +79,8 @@ class Run:
     fault: str = ""
     #: measure the steady state on a shaken base, not the run itself
     periodic: PeriodicSection | None = None
-    #: index of an earlier run of the study, from whose end a steady state is sought; None: from rest
-    after: int | None = None
+    #: seek the steady state from the end of the run before it in the study, not from rest
+    continued: bool = False
 
     @property
     def key(self) -> str:
@@ -147,7 +147,7 @@ def run_study(
     path = None if folder is None else prepare_folder(folder) / TABLE
     keys = list[str]()
     for run in runs:
-        keys.append(run.key if run.after is None else _hash([keys[run.after], run.key]))
+        keys.append(_hash([keys[-1], run.key]) if run.continued else run.key)
     rows = {key: failed(INVALID, run.fault) for run, key in zip(runs, keys, strict=True) if run.scenario is None}
     if path is not None and path.exists():
         rows |= _read(path, set(keys), exclusive)
@@ -192,32 +192,22 @@ def _each(
     scheduler: str | None,
 ) -> Iterator[tuple[int, Any]]:
     """Yield index and result of each run without a row, those that go on from others after these."""
-    for pieces in _pieces(runs, [n for n, key in enumerate(keys) if key in rows]):
-        pieces.reverse()
-        afters = [[runs[n].after for n in piece] for piece in pieces]
-        states = [[None if n is None else _state(rows.get(keys[n], {})) for n in after] for after in afters]
-        items = [
-            [(runs[n], state) for n, state in zip(piece, given, strict=True)]
-            for piece, given in zip(pieces, states, strict=True)
-        ]
+    chains = list[list[int]]()  # of runs that go on from each other, those without a row
+    for n, run in enumerate(runs):
+        if not run.continued:
+            chains.append([])
+        if keys[n] not in rows:
+            chains[-1].append(n)
+
+    def before(n: int) -> MotionState | None:
+        return _state(rows.get(keys[n - 1], {})) if runs[n].continued else None
+
+    for start in range(0, max(map(len, chains), default=0), _PIECE):
+        pieces = [chain[start : start + _PIECE] for chain in reversed(chains) if len(chain) > start]
+        items = [[(runs[n], before(n)) for n in piece] for piece in pieces]
         for place, found in compute_each(measured, items, workers, scheduler):
             results = [found] * len(pieces[place]) if isinstance(found, Crash) else found
             yield from zip(pieces[place], results, strict=True)
-
-
-def _pieces(runs: Sequence[Run], there: Sequence[int]) -> list[list[list[int]]]:
-    """Return indices of the runs that are not there, in pieces of runs that go on from each other.
-
-    Those of a list wait for those of the lists before it, not for each other.
-    """
-    present, places = set(there), list[tuple[int, int]]()  # how many runs are before it, and the first of them
-    stages: dict[int, dict[int, list[int]]] = {}
-    for n, run in enumerate(runs):
-        before, first = (-1, n) if run.after is None else places[run.after]
-        places.append((before + 1, first))
-        if n not in present:
-            stages.setdefault((before + 1) // _PIECE, {}).setdefault(first, []).append(n)
-    return [list(stages[stage].values()) for stage in sorted(stages)]
 
 
 def _state(row: Mapping[str, Any]) -> MotionState | None:
@@ -361,21 +351,17 @@ def _frame(
     """Return the rows that are there, in the order of the runs, with units and meanings."""
     there = [{**rows[key], **run.labels, "key": key} for run, key in zip(runs, keys, strict=True) if key in rows]
     names = dict.fromkeys(name for run in runs for name in run.quantities)
-    samples = next((run.periodic.sample for run in runs if run.periodic), "")
-    extra = [SAMPLES, STATE] if samples else []
-    labels = dict.fromkeys(name for run in runs for name in run.labels)
-    frame = pd.DataFrame(there, columns=[*labels, *names, *extra, *COLUMNS, "key"]).astype(
-        dict.fromkeys(names, float)
-    )
-    frame[extra] = frame[extra].fillna("")
+    labels, columns = dict.fromkeys(name for run in runs for name in run.labels), COLUMNS
+    if periodic := next((run.periodic for run in runs if run.periodic), None):
+        unit, meaning = VARIABLES[periodic.sample]
+        columns = {
+            SAMPLES: ("", unit, f"{meaning} at whole periods of the base, of one period of the response"),
+            STATE: ("", "", "coordinates and velocities at the end, from which the next run goes on"),
+        } | COLUMNS
+    frame = pd.DataFrame(there, columns=[*labels, *names, *columns, "key"])
+    frame = frame.astype(dict.fromkeys(names, float)).fillna({SAMPLES: "", STATE: ""})
     about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
-    about |= {name: (unit, meaning) for name, (_, unit, meaning) in COLUMNS.items()}
-    if samples:
-        unit, meaning = VARIABLES[samples]
-        about |= {
-            SAMPLES: (unit, f"{meaning} at whole periods of the base, of one period of the response"),
-            STATE: ("", "coordinates and velocities at the end, from which the next run goes on"),
-        }
+    about |= {name: (unit, meaning) for name, (_, unit, meaning) in columns.items()}
     frame.attrs = {
         "units": _Shared({**units, **{name: unit for name, (unit, _) in about.items()}}),
         "meanings": _Shared({name: meaning for name, (_, meaning) in about.items()}),

@@ -198,19 +198,11 @@ def report(result: SweepResult) -> Report:
         overview=[
             *_descriptions(plan, frame),
             Table.of_frame(outcomes, "How the runs ended."),
-            *([Table.of_frame(warnings, "Warnings of the runs.", wide=(2,))] if len(warnings) else []),
+            Table.of_frame(warnings, "Warnings of the runs.", wide=(2,)),
             *(sweep_pictures(plan, frame) or none),
         ],
         sections=[
-            *(
-                [
-                    Section(
-                        "Runs that did not complete", [Table.of_frame(stopped, more, wide=(3,), columns=headings)]
-                    )
-                ]
-                if len(stopped)
-                else []
-            ),
+            Section("Runs that did not complete", [Table.of_frame(stopped, more, wide=(3,), columns=headings)]),
             *parameters({name: plan.base}, "Those that change from run to run have other values there."),
         ],
     )

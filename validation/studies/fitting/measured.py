@@ -1,0 +1,228 @@
+"""Measured data: a CSV file whose header names quantities with units, and what a run says of each of them.
+
+The first line names the columns, each as NAME [UNIT]; lines that begin with # are comments, an empty cell is a
+value that was not measured.  With a column `time` the others are series,
+
+    time [ms], displacement@0.1 m [mm], strain@30 mm [um/m], theta [deg]
+
+of sensors (:func:`~oblique_impact.history.axis_motion.sensor_reading`) or of variables of a history; without one
+they are quantities of the whole run, as in :mod:`~oblique_impact.validation.studies.quantities`, and
+each line is one repetition of the measurement:
+
+    start:1 [ms], start:2 [ms], impulse [N s], impulse +- [N s], restitution
+
+NAME +- is the standard deviation of the values of NAME.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import read_text
+from oblique_impact.history.axis_motion import SENSORS, sensor_reading
+from oblique_impact.history.history import History
+from oblique_impact.history.interpolation import series_at
+from oblique_impact.scenario.messages import did_you_mean, short
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.units import Unit
+from oblique_impact.validation.studies.quantities import VARIABLES, GapError, quantity
+
+Array = NDArray[np.float64]
+
+_TIME, _SPREAD = "time", " +-"
+_HEADING = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\[\]]*)\])?\s*")
+
+
+class Reading(NamedTuple):
+    """How a run is asked for a column."""
+
+    #: SI unit
+    unit: str
+    #: takes a run and times (n,) in s, returns what the run says (n,); raises GapError
+    read: Callable[[History, Array], Array]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measured values in SI units, and how a run is asked for them."""
+
+    #: a row for each value, column by column: `column`, `unit`, `time` (s; NaN of a quantity of the whole run),
+    #: `measured`, `deviation` (standard deviation; NaN where the file has none)
+    table: pd.DataFrame
+    #: by column
+    readings: Mapping[str, Reading]
+
+    def predict(self, history: History) -> Array:
+        """Return what a run says of each value (n,); raises GapError where it does not have one."""
+        reached = history["time"].values[-1]
+        if self.table["time"].max() > reached and history.outcome is not Outcome.COMPLETED:
+            raise GapError(f"ended at {reached:.4g} s: {history.outcome.label}")
+        times = self.table.groupby("column", sort=False)["time"]
+        return np.concatenate([self.readings[str(name)].read(history, of.to_numpy()) for name, of in times])
+
+    @property
+    def has_deviations(self) -> bool:
+        """Whether the file has standard deviations."""
+        return bool(self.table["deviation"].notna().all())
+
+    def first_deviations(self) -> Array:
+        """Return standard deviations (n,) to begin with: of the file, or the scatter about means of columns."""
+        if self.has_deviations:
+            return np.asarray(self.table["deviation"])
+        values = self.table["measured"].to_numpy()
+        scatter = values - self.table.groupby("column")["measured"].transform("mean").to_numpy()
+        return self._by_unit(lambda own: max(np.std(scatter[own]), 1e-2 * np.abs(values[own]).max()) or 1.0)
+
+    def deviations_from(self, misfit: Array, fitted: int) -> Array:
+        """Return standard deviations (n,) from run - measured (n,), with so many fitted keys."""
+        values, left = np.abs(self.table["measured"].to_numpy()), 1.0 - fitted / misfit.size
+        # of data without noise the error of the run is left
+        return self._by_unit(
+            lambda own: max(math.sqrt(np.mean(misfit[own] ** 2) / left), 1e-9 * values[own].max(), 1e-300)
+        )
+
+    def _by_unit(self, deviation: Callable[[NDArray[np.intp]], float]) -> Array:
+        """Return the standard deviation of all values of a unit for each value (n,); it is given their numbers."""
+        found = np.empty(len(self.table))
+        for own in self.table.groupby("unit").indices.values():
+            found[own] = deviation(own)
+        return found
+
+
+def read_measured(path: str | os.PathLike[str], scenario: Scenario) -> Measured:
+    """Read a file of measured data for a scenario, whose length and duration bound places and times.
+
+    Raises InputError, in one line, for what cannot be read, unknown names, wrong units and missing numbers.
+    """
+    try:
+        text = read_text(Path(path))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    lines = {
+        number: line
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    }
+    if len(lines) < 2:
+        raise InputError(f"{path}: should have a line of names with units, and lines of numbers")
+    header, *rows = csv.reader(lines.values(), skipinitialspace=True)
+    try:
+        readings, names, factors = _readings(header, scenario)
+        values = pd.DataFrame(_numbers(names, rows, [*lines][1:]) * factors, columns=names)
+        return _measured(values, readings, scenario.end_time)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _readings(header: Sequence[str], scenario: Scenario) -> tuple[dict[str, Reading], list[str], Array]:
+    """Return the reading of each column of values, the names of all columns and their factors to SI units."""
+    headings = [_HEADING.fullmatch(text) for text in header]
+    if None in headings:
+        wrong = short(header[headings.index(None)])
+        raise InputError(f"column {wrong}: should be NAME [UNIT], as time [ms], with commas between columns")
+    names = [" ".join(found[1].replace("+-", _SPREAD).split()) for found in headings if found]
+    readings, factors = dict[str, Reading](), list[float]()
+    for name, given in zip(names, (found[2] for found in headings if found), strict=True):
+        of = name.removesuffix(_SPREAD)
+        if names.count(name) > 1:
+            raise InputError(f"column {name}: stands there twice")
+        if of not in names:
+            raise InputError(f"column {name}: there is no column {of}")
+        if of != _TIME:
+            readings[of] = _series(of, scenario) if _TIME in names else _whole(of, scenario)
+        unit = "s" if of == _TIME else readings[of].unit
+        if given is None and unit != "1":
+            raise InputError(f"column {name}: its unit is missing; write {name} [{unit}]")
+        try:
+            factors.append(1.0 if given in (None, "", "-") else Unit(unit).to_si(f"1 {given}"))
+        except ValueError as error:
+            raise InputError(f"column {name} [{given}]: should be {error}") from None
+    if not readings:
+        raise InputError("there is no column of measured values besides time")
+    return readings, names, np.array(factors)
+
+
+def _series(name: str, scenario: Scenario) -> Reading:
+    """Return the reading of a column over time."""
+    if name in VARIABLES:
+        return Reading(VARIABLES[name][0], lambda history, times: _variable_at(history, name, times))
+    sensor, at, place = name.partition("@")
+    if sensor not in SENSORS or not at:
+        known = [*(f"{sensor}@PLACE" for sensor in SENSORS), *VARIABLES]
+        raise InputError(f"column {name}: known over time are {', '.join(known)}{did_you_mean(name, known)}")
+    try:
+        x = Unit("m").to_si(place)
+    except ValueError:
+        x = math.nan
+    if not 0.0 <= x <= scenario.beam.length:
+        words = f"the place should be from 0 to {scenario.beam.length:g} m, as {sensor}@0.1 m"
+        raise InputError(f"column {name}: {words}")
+    return Reading(SENSORS[sensor], lambda history, times: sensor_reading(history, sensor, x, times))
+
+
+def _variable_at(history: History, name: str, times: Array) -> Array:
+    values = history.total_energy if name == "energy" else history[name]
+    return series_at(history["time"].values, np.asarray(values.values, dtype=float), times)
+
+
+def _whole(name: str, scenario: Scenario) -> Reading:
+    """Return the reading of a column of quantities of the whole run."""
+    try:
+        asked = quantity(name, scenario.end_time)
+    except InputError as error:
+        words = str(error).removeprefix("--quantity ")
+        raise InputError(f"column {words}; a column time makes the others series") from None
+    return Reading(asked.unit, lambda history, times: np.full(times.size, asked.measure(history)))
+
+
+def _numbers(names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int]) -> Array:
+    """Return the numbers (rows, columns) of the cells, NaN where one is empty."""
+    numbers = np.full((len(rows), len(names)), math.nan)
+    for found, row, line in zip(numbers, rows, lines, strict=True):
+        if len(row) != len(names):
+            raise InputError(f"line {line}: has {len(row)} cells, the header {len(names)}")
+        for k, cell in enumerate(row):
+            try:
+                found[k] = float(cell) if cell.strip() else math.nan
+            except ValueError:
+                found[k] = math.inf
+            if math.isinf(found[k]):
+                raise InputError(f"line {line}: {names[k]} = {short(cell)}: should be a number, or empty")
+    return numbers
+
+
+def _measured(values: pd.DataFrame, readings: Mapping[str, Reading], end_time: float) -> Measured:
+    """Return the data of columns in SI units; raises InputError for numbers that are missing or out of range."""
+    if _TIME in values and not values[_TIME].between(0.0, end_time).all():
+        raise InputError(f"time: should be from 0 to end_time {end_time:g} s of the scenario in every line")
+    columns = []
+    for name, (unit, _) in readings.items():
+        column = pd.DataFrame({"column": name, "unit": unit, "time": values.get(_TIME, math.nan)}, values.index)
+        column["measured"], column["deviation"] = values[name], values.get(name + _SPREAD, math.nan)
+        column = column.dropna(subset="measured")
+        if column.empty:
+            raise InputError(f"{name}: the column is empty")
+        if name + _SPREAD in values and not (column["deviation"] > 0.0).all():
+            raise InputError(f"{name}{_SPREAD}: should be greater than 0 wherever {name} is given")
+        columns.append(column)
+    table = pd.concat(columns, ignore_index=True)
+    known = table["deviation"].notna()
+    if known.any() and not known.all():
+        without = table["column"][~known].iloc[0]
+        raise InputError(f"{without}{_SPREAD}: missing; give standard deviations of all columns, or of none")
+    of_the_unit = table.groupby("unit")["unit"].transform("size")
+    for name in table["column"][~known & (of_the_unit < min(3, len(table)))].head(1):
+        raise InputError(f"column {name}{_SPREAD}: missing; without it at least 3 values of a unit are needed")
+    return Measured(table, readings)

@@ -1,0 +1,278 @@
+"""Search of the keys with which a scenario says what was measured.
+
+The sum of squares of (run - measured)/sigma is minimized over the logarithms of keys that cannot be negative, and
+over the values of others, from several starts.  Without standard deviations in the file, sigma is that of the
+residuals, one for all columns of a unit.
+
+The matrix J of derivatives consists of differences of runs, whose error is no smooth function of the keys: steps
+and events fall elsewhere.  With an error e of a run a quotient over the step h errs by about e/h, and by h^2/6
+from curvature: the best step is about the cube root of e, far larger than that of a formula.  The event scheme
+takes the cube root of its tolerance, schemes with steps of a given length 1e-2, because a contact that begins in
+another step moves their answer by what a step errs.  An undamped beam bends in the key itself at that scale, as
+contacts come and go; then the differences over a standard error tell, and the profile.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from oblique_impact.errors import InputError
+from oblique_impact.progress import OnProgress
+from oblique_impact.scenario.messages import refused
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.schema import schema_of, unit_of_key
+from oblique_impact.simulation import simulate
+from oblique_impact.validation.studies.design import check_keys, si_value
+from oblique_impact.validation.studies.fitting.measured import Array, Measured
+from oblique_impact.validation.studies.parallel import map_parallel
+from oblique_impact.validation.studies.quantities import GapError
+
+#: starts are spread over a factor of 10 to both sides, of keys with a sign over a tenth of their value
+_FACTOR, _PART = 10.0, 0.1
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A key that is fitted, or keys that have the same value; its coordinate u is 0 at the start."""
+
+    keys: tuple[str, ...]
+    unit: str
+    start: float
+    #: where further starts are taken
+    spread: tuple[float, float]
+    #: what the scenario, or the user, allows
+    limits: tuple[float, float]
+    #: whether u is a logarithm; else it is a part of half the spread
+    positive: bool
+
+    @property
+    def label(self) -> str:
+        """Keys as one name."""
+        return " = ".join(self.keys)
+
+    def value(self, u: float) -> float:
+        """Value of the key at a coordinate."""
+        if self.positive:
+            return self.start * (math.inf if u >= 700.0 else math.exp(u))
+        return self.start + 0.5 * (self.spread[1] - self.spread[0]) * u
+
+    def coordinate(self, value: float) -> float:
+        """Coordinate of a value."""
+        if self.positive:
+            return math.log(value / self.start) if value > 0.0 else -math.inf
+        return (value - self.start) / (0.5 * (self.spread[1] - self.spread[0]))
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Coordinates of the limits."""
+        low, high = map(self.coordinate, self.limits)
+        return low, high
+
+
+def parameters_of(vary: Sequence[str], scenario: Scenario) -> tuple[Parameter, ...]:
+    """Read what --vary names, each KEY, KEY,KEY with the same value, or KEY=LOW:HIGH; raises InputError."""
+    if not vary:
+        raise InputError("--vary: missing; name a key to be found, as contact.stiffness")
+    parameters = tuple(_parameter(text, scenario) for text in vary)
+    keys = [key for parameter in parameters for key in parameter.keys]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"--vary {key}: is given twice")
+    return parameters
+
+
+def _parameter(text: str, scenario: Scenario) -> Parameter:
+    names, ranged, ends = text.partition("=")
+    keys = tuple(name.strip() for name in names.split(","))
+    check_keys(keys, "--vary")
+    key, value = keys[0], scenario.value_of(keys[0])
+    if not isinstance(value, float):
+        raise refused("--vary", key, "should be a key that is one number, not a whole one")
+    schema = schema_of(key) or {}
+    numeric = next((one for one in schema.get("anyOf", [schema]) if one.get("type") == "number"), schema)
+    low = numeric.get("minimum", numeric.get("exclusiveMinimum", -math.inf))
+    high = numeric.get("maximum", numeric.get("exclusiveMaximum", math.inf))
+    positive = low >= 0.0
+    if ranged:
+        if ends.count(":") != 1:
+            raise InputError(f"--vary {text}: should be KEY=LOW:HIGH")
+        low, high = (_number(key, end) for end in ends.split(":"))
+        if not (low < high and (low > 0.0 or not positive)):
+            above = ", both above 0" if positive else ""
+            raise InputError(f"--vary {text}: should be KEY=LOW:HIGH, LOW less than HIGH{above}")
+        spread, middle = (low, high), math.sqrt(low * high) if positive else 0.5 * (low + high)
+        value = value if low < value < high else middle
+    elif value == 0.0:
+        why = "is fitted by its logarithm" if positive else "has no scale"
+        raise InputError(f"--vary {key}: is 0 in the scenario and {why}; give a range, as --vary {key}=LOW:HIGH")
+    elif positive:
+        spread = value / _FACTOR, min(value * _FACTOR, high)
+    else:
+        spread = value - _PART * abs(value), value + _PART * abs(value)
+    return Parameter(keys, unit_of_key(key), value, spread, (low, high), positive)
+
+
+def _number(key: str, text: str) -> float:
+    """Read an end of a range, with or without a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        found = si_value(key, text)
+    if isinstance(found, float):
+        return found
+    raise refused("--vary", text, "should be a number")
+
+
+# --- least squares
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Coordinates (p,) of the keys, and the residuals (n,) there, NaN where no run has all that was measured."""
+
+    u: Array
+    residuals: Array
+
+    @property
+    def squares(self) -> float:
+        """Sum of squares; infinite without such a run."""
+        found = float(self.residuals @ self.residuals)
+        return math.inf if math.isnan(found) else found
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A scenario with keys to be found, and data with their standard deviations (n,)."""
+
+    base: Scenario
+    parameters: tuple[Parameter, ...]
+    measured: Measured
+    deviations: Array
+
+    @property
+    def step(self) -> float:
+        """Half the distance of the two runs of a difference quotient."""
+        solver = self.base.solver
+        return math.cbrt(solver.tolerance) if solver.scheme == "event" else 1e-2
+
+    def scenario(self, u: Array) -> Scenario:
+        """Return the scenario at coordinates (p,); raises InputError."""
+        pairs = zip(self.parameters, u.tolist(), strict=True)
+        return self.base.replace(**{key.replace(".", "__"): p.value(x) for p, x in pairs for key in p.keys})
+
+    def predict(self, u: Array) -> Array:
+        """Return what the run at u says of the data (n,); raises InputError and GapError."""
+        return self.measured.predict(simulate(self.scenario(u)))
+
+    def evaluate(self, u: Array) -> Solution:
+        """Return the residuals (run - measured)/sigma at u."""
+        try:
+            misfit = self.predict(u) - self.measured.table["measured"].to_numpy()
+        except (InputError, GapError):
+            misfit = np.full(self.deviations.size, math.nan)
+        return Solution(u, misfit / self.deviations)
+
+    def derivative(self, u: Array, k: int, step: float, here: Array | None = None) -> Array:
+        """Return the derivative (n,) of the residuals by coordinate k: central, or one-sided from those `here`.
+
+        One-sided too where no run on one side has all that was measured, and 0 where none on either has.
+        """
+        known = [] if here is None else [(0.0, here)]
+        for side in (step, -step, 0.0):
+            if len(known) < 2 and (side or here is None):
+                found = self.evaluate(u + side * np.eye(len(u))[k])
+                if math.isfinite(found.squares):
+                    known.append((side, found.residuals))
+        if len(known) < 2:
+            return np.zeros(self.deviations.size)
+        (a, left), (b, right) = known
+        return (right - left) / (b - a)
+
+    def minimize(self, u: Array, free: Sequence[int]) -> Solution:
+        """Minimize the sum of squares over the coordinates `free` from u (p,)."""
+        free, bounds = list(free), np.array([p.bounds for p in self.parameters]).T
+        start = np.where(np.isin(range(len(u)), free), np.clip(u, *bounds), u)
+
+        def moved(part: Array | tuple[float, ...]) -> Array:
+            found = start.copy()
+            found[free] = part
+            return found
+
+        @lru_cache(maxsize=1)  # derivatives are asked for where residuals have just been
+        def at(*part: float) -> Solution:
+            return self.evaluate(moved(part))
+
+        def derivatives(part: Array) -> Array:
+            here = at(*part)
+            return np.stack([self.derivative(here.u, k, self.step, here.residuals) for k in free], axis=1)
+
+        first = at(*start[free])
+        if not free or math.isinf(first.squares):
+            return first
+        found = least_squares(
+            lambda part: at(*part).residuals,
+            start[free],
+            derivatives,
+            tuple(bounds[:, free]),
+            ftol=1e-5,  # of the sum of squares: less than the noise moves it by
+            xtol=1e-9,
+            gtol=1e-9,
+            max_nfev=40,
+        )
+        return Solution(moved(found.x), found.fun)
+
+
+class SearchResult(NamedTuple):
+    """What a search found: the problem with its final deviations, and where each start began and ended."""
+
+    problem: Problem
+    points: list[Array]
+    solutions: list[Solution]
+    best: int
+
+
+def find_keys(problem: Problem, starts: int, workers: int | None, on_progress: OnProgress) -> SearchResult:
+    """Minimize from several starts; raises InputError if none has a run with all that was measured.
+
+    Without deviations in the file the best start goes on until these and its keys agree, the others then with
+    the same deviations.
+    """
+    points = _starting_points(problem.parameters, starts)
+    names = [f"start {number}" for number in range(1, starts + 1)]
+    every = range(len(problem.parameters))
+    found = map_parallel(partial(problem.minimize, free=every), points, workers, on_progress, names)
+    best = min(range(starts), key=lambda number: found[number].squares)
+    solution = found[best]
+    if math.isinf(solution.squares):
+        try:
+            problem.predict(points[0])
+        except (InputError, GapError) as reason:
+            words = "no start has a run with all that was measured; the first has not"
+            raise InputError(f"{words}: {reason}") from None
+    if not problem.measured.has_deviations:
+        for _ in range(8):  # the weights of several units settle within a few rounds
+            before = problem.deviations
+            deviations = problem.measured.deviations_from(solution.residuals * before, len(every))
+            problem = replace(problem, deviations=deviations)
+            solution = problem.minimize(solution.u, every)
+            if np.allclose(before, deviations, rtol=0.01):
+                break
+        ends = [one.u for one in found]
+        found = map_parallel(partial(problem.minimize, free=every), ends, workers, on_progress, names)
+        found[best] = solution
+    return SearchResult(problem, points, found, best)
+
+
+def _starting_points(parameters: Sequence[Parameter], starts: int) -> list[Array]:
+    """Return the coordinates (p,) of the starts: 0, and a Latin hypercube over the spread, the same each time."""
+    low, high = np.array([[p.coordinate(end) for end in p.spread] for p in parameters]).T
+    cube = qmc.LatinHypercube(len(parameters), seed=np.random.default_rng(0)).random(starts - 1)
+    return [np.zeros(len(parameters)), *(low + cube * (high - low))]
