@@ -371,7 +371,7 @@ _TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
     "zone": ("m", f"least place along the beam that touches something {_FIRST}", _nearest_place),
     "energy_after_collision": (
         "J",
-        "energy as the first macro-collision ends",
+        f"energy at the end {_FIRST}",
         lambda history: _at(history, "energy", _of_collision("end")(history)),
     ),
     "restitution": ("1", _BOUNCE, _restitution),
