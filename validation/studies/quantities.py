@@ -149,9 +149,7 @@ def decided_at(name: str, history: History) -> float:
         return float(history["time"].values[where[0, 0]]) if len(where) else math.inf
     if name == "unaccounted":  # the error of the balance, which goes to zero
         return -math.inf
-    meaning = quantity(name).meaning
-    first, second = name == "first_impact" or _FIRST in meaning, _SECOND in meaning
-    number = int(part) if kind in _NUMBERED else 1 if first else 2 if second else 0
+    number = int(part) if kind in _NUMBERED else _COLLISION_OF.get(name, 0)
     try:
         if kind == "event":
             return _event_time(history, number - 1)
@@ -400,3 +398,18 @@ _TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
     "model_error": ("1", _MODEL_ERROR, _model_error),
 }
 _NAMED = {name: Quantity(name, *about) for name, about in _TABLE.items()}
+#: the macro-collision, from 1, whose end (start, if it is a start) decides about a quantity
+_COLLISION_OF = {
+    "first_impact": 1,
+    "collision_end": 1,
+    "collision_duration": 1,
+    "impulse": 1,
+    "tangential_impulse": 1,
+    "peak_force": 1,
+    "contacts": 1,
+    "zone": 1,
+    "energy_after_collision": 1,
+    "restitution": 1,
+    "second_impact": 2,
+    "second_impulse": 2,
+}
