@@ -6,6 +6,7 @@ films GIF.
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -55,4 +56,7 @@ def draw(name: str, folder: Path = FOLDER) -> Path:
 
 if __name__ == "__main__":
     for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES, *FILMS]:
-        print(draw(wanted), flush=True)
+        if wanted == "paraview" and not all(map(shutil.which, ("pvpython", "xvfb-run"))):
+            print("paraview: left as it is; it takes pvpython and xvfb-run (Debian: paraview, xvfb)")
+        else:
+            print(draw(wanted), flush=True)
