@@ -182,6 +182,7 @@ def test_a_history_names_the_parts_that_made_it(tmp_path):
     assert "user_defined" not in simulate(PAPER.replace(end_time=0.01)).summary["provenance"]
 
 
+@pytest.mark.slow  # its laws are compiled anew each time; the tests above try each kind of part
 def test_the_parts_of_the_how_to_run():
     names: dict = {}
     for block in blocks(DOCS / "howto" / "own-parts.md", "python"):
