@@ -190,7 +190,7 @@ class BeamGeometry:
 
     @cached_property
     def near_edge(self) -> Array:
-        """How far (m) in front of the plane of motion the beam touches, at the stations; 0 of a round one."""
+        """Distance (m) of the beam's near edge from the plane of motion, at the stations; 0 for a round beam."""
         rings = self.solid.offsets[: SIDES * self.stations.size, 2].reshape(-1, SIDES)
         return np.asarray(rings.max(axis=1) * has_corners(self.scenario.beam.section.shape))
 

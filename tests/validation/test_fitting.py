@@ -10,7 +10,7 @@ from scipy.stats import binom
 from scipy.stats import t as student
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.history.axis_motion import sensor_reading
+from oblique_impact.history.sensors import sensor_reading
 from oblique_impact.validation import fit
 from oblique_impact.validation.studies.parallel import map_parallel
 

@@ -60,7 +60,7 @@ def _response(rate: float) -> complex:
 
 @check("A one-mode strip that touches nothing: the harmonic response.", seconds=0.5)
 def harmonic() -> Iterator[Measurement]:
-    """What is kept at whole periods, below, near and above its frequency."""
+    """Displacement at whole periods of the base, whose frequency is below, near and above the strip's own."""
     text = "closed form of the damped oscillator"
     for frequency in (10.0, 13.0, 20.0):
         history = periodic_response(

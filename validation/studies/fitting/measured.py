@@ -5,7 +5,7 @@ value that was not measured.  With a column `time` the others are series,
 
     time [ms], displacement@0.1 m [mm], strain@30 mm [um/m], theta [deg]
 
-of sensors (:func:`~oblique_impact.history.axis_motion.sensor_reading`) or of variables of a history; without one
+of sensors (:func:`~oblique_impact.history.sensors.sensor_reading`) or of variables of a history; without one
 they are quantities of the whole run, as in :mod:`~oblique_impact.validation.studies.quantities`, and
 each line is one repetition of the measurement:
 
@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import read_text
-from oblique_impact.history.axis_motion import SENSORS, sensor_reading
 from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import series_at
+from oblique_impact.history.sensors import SENSORS, sensor_reading
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.units import Unit

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.history.axis_motion import sensor_reading
+from oblique_impact.history.sensors import sensor_reading
 from oblique_impact.problem import beam_of
 
 
