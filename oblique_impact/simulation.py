@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
+from warnings import warn
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.contact.transitions import ContactMachine
-from oblique_impact.errors import InputError, Interrupted, Outcome
+from oblique_impact.errors import InputError, Interrupted, Outcome, SimulationWarning
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.samples import beam_variables, gather, section_forces
 from oblique_impact.history.summary import macro_collisions, summarize
@@ -83,21 +84,36 @@ def simulate(
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
+    Warns
+    -----
+    SimulationWarning
+        For each entry of ``summary["warnings"]``.
+
     Examples
     --------
     >>> from oblique_impact import Scenario, simulate
     >>> history = simulate(Scenario.builtin("paper"))
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
-    require_scenario(scenario, "simulate")
     parts = Parts(friction, contact_law, impact_law, base_motion, scheme, discretization)
+    return _warned(compute_history(scenario, on_progress, parts, initial_state))
+
+
+def compute_history(
+    scenario: Scenario,
+    on_progress: ProgressCallback | None = None,
+    parts: Parts = Parts(),
+    initial_state: tuple[Array, Array] | None = None,
+) -> History:
+    """Run a scenario as :func:`simulate` does, for callers that show the warnings in the summary themselves."""
+    require_scenario(scenario, "simulate")
     parts.check(scenario)
     if scenario.is_absolute:
         from oblique_impact.fem_beam.exact import simulate as simulate_exact  # which is built on this package
 
         if initial_state is not None:
             raise InputError('initial_state: only with discretization.method = "modal" or "fem"')
-        history = simulate_exact(scenario, on_progress, motion=base_motion)
+        history = simulate_exact(scenario, on_progress, motion=parts.base_motion)
     else:
         beam = beam_of(scenario, parts)
         problem = beam_problem(beam, parts)
@@ -230,9 +246,15 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
-    return _unless_interrupted(
-        History(dataset(samples.variables()), record.events, summary, None, record.contacts)
-    )
+    history = History(dataset(samples.variables()), record.events, summary, None, record.contacts)
+    return _warned(_unless_interrupted(history))
+
+
+def _warned(history: History) -> History:
+    """Return a history; gives its warnings to who has called the function that calls this."""
+    for text in history.summary.get("warnings", ()):
+        warn(text, SimulationWarning, stacklevel=3)
+    return history
 
 
 def _checked(system: Any, q0: Array, qd0: Array) -> Any:

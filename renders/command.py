@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.errors import InputError
+from oblique_impact.files import writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.overview import overview_figure
@@ -133,13 +134,13 @@ def render(
         raise InputError(f"--name: {len(called)} given for {len(sources)} histories")
     runs = [_loaded(source) for source in sources]
     timeline = None
+    if suffix in FILMS and any(pixels % 2 for pixels in style.size):
+        raise InputError("--size {}x{}: films need even numbers".format(*style.size))
     # runs that blew up hold numbers of any size
-    with np.errstate(over="ignore", invalid="ignore"):
+    with writing_file(file), np.errstate(over="ignore", invalid="ignore"):
         long = style.seconds if seconds is None and suffix in FILMS else seconds
         story = story_of(runs, style, called, speed, contact_speed, long)
         if suffix in FILMS:
-            if any(pixels % 2 for pixels in style.size):
-                raise InputError("--size {}x{}: films need even numbers".format(*style.size))
             if long and not (frames or speed or contact_speed) and (seconds or not between):
                 frames = max(2, round(long * fps))
             timeline = make_timeline(story.time_map, fps, between, frames)

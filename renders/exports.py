@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkCommonCore import vtkStringArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, prepare_folder
+from oblique_impact.files import cannot_write, writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import sides
 from oblique_impact.progress import OnProgress, Progress, silent
@@ -133,10 +133,9 @@ def export(
     target, format = _target(Path(out), format)
     samples = chosen_samples(history, 1 if format == "csv" and every is None else every, between)
     story = story_of([history], Style(deformation=deformation))
-    prepare_folder(target.parent)
     frames = _frames(story, samples, on_progress)
     try:
-        with tempfile.TemporaryDirectory(prefix=".export.", dir=target.parent) as name:
+        with writing_file(target), tempfile.TemporaryDirectory(prefix=".export.", dir=target.parent) as name:
             new = Path(name) / target.name
             with np.errstate(over="ignore", invalid="ignore"):  # runs that blew up hold numbers of any size
                 if format == "pvd":

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 
 Array = NDArray[np.float64]
 

@@ -6,13 +6,14 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
@@ -167,16 +168,16 @@ def validate(
     []
     """
     checks = select(only, quick)
-    folder = None if out is None else prepare_folder(out)
     started = time.perf_counter()
     longest_first = [check.id for check in sorted(checks, key=lambda check: -check.seconds)]
-    found = map_parallel(evidence_of, longest_first, workers, on_progress)
-    evidence = dict(zip(longest_first, found, strict=True))
-    seconds = time.perf_counter() - started
-    results = results_of(checks, evidence)
-    if folder is not None:
-        table = results.to_dataframe()
-        _report(checks, evidence, results, seconds).write(folder, {"checks": table}, table)
+    with writing(out):
+        found = map_parallel(evidence_of, longest_first, workers, on_progress)
+        evidence = dict(zip(longest_first, found, strict=True))
+        seconds = time.perf_counter() - started
+        results = results_of(checks, evidence)
+        if out is not None:
+            table = results.to_dataframe()
+            _report(checks, evidence, results, seconds).write(Path(out), {"checks": table}, table)
     return results
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,19 +30,19 @@ def modes(
     """Natural frequencies (rad/s and Hz) of the spinning beam, flapwise and chordwise."""
     from oblique_impact.beam.frequencies import natural_frequencies
     from oblique_impact.command_line.progress_bars import counting_bar
-    from oblique_impact.files import prepare_folder
+    from oblique_impact.files import writing_file
     from oblique_impact.scenario.scenario import Scenario
 
     chosen = Scenario.load(scenario, changes)
     rates = _speeds(speeds)
-    if out is not None:
-        prepare_folder(out.parent if out.suffix else out)
-    with counting_bar("frequencies"):
-        found = natural_frequencies(chosen, rates, count)
-    if out is not None:
-        from oblique_impact.renders.campbell import campbell_diagram
+    target = nullcontext() if out is None else writing_file(out if out.suffix else out / "campbell.png")
+    with target:
+        with counting_bar("frequencies"):
+            found = natural_frequencies(chosen, rates, count)
+        if out is not None:
+            from oblique_impact.renders.campbell import campbell_diagram
 
-        out = campbell_diagram(chosen, rates, found.flapwise.shape[1], out)
+            out = campbell_diagram(chosen, rates, found.flapwise.shape[1], out)
     print_result(_lines(found), found.to_dict(), as_json)
     if out is not None:
         print_note(f"Campbell diagram: {out}")

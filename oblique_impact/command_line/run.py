@@ -29,22 +29,22 @@ def run(
     from oblique_impact.command_line.progress_bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.simulation import simulate
+    from oblique_impact.simulation import compute_history
 
     chosen = Scenario.load(scenario, changes)
     warnings = implausible_values(chosen)
     for warning in [*warnings, *_size_notes(chosen)]:
         print_note(f"warning: {warning}")
-    with writing(out) as folder:
-        replaced = (folder / "history.nc").exists()
+    with writing(out):
+        replaced = (out / "history.nc").exists()
         try:
             with progress_bar() as on_progress:
-                history = simulate(chosen, on_progress)
+                history = compute_history(chosen, on_progress)
         except Interrupted as interrupt:
             history = interrupt.history
-        history.save(folder)
-    lines = summary_lines(history, folder, replaced, warnings)
-    print_result(lines, {**history.summary, "results": folder}, as_json)
+        history.save(out)
+    lines = summary_lines(history, out, replaced, warnings)
+    print_result(lines, {**history.summary, "results": out}, as_json)
     outcome = history.outcome
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {history.summary['message']}")

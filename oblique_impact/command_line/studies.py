@@ -220,13 +220,15 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Compare runs with the first, events aligned; writes a page, or the numbers as JSON."""
+    from oblique_impact.files import writing_file
     from oblique_impact.history.history import History
     from oblique_impact.validation.comparison import check_target, compare_all, comparison_data, save_comparison
 
     check_target(out)
     runs = [left, *right]
-    found = compare_all([History.load(run) for run in runs], [str(run) for run in runs])
-    save_comparison(found, out)
+    with writing_file(out):
+        found = compare_all([History.load(run) for run in runs], [str(run) for run in runs])
+        save_comparison(found, out)
     summaries = [line for pair in found for line in pair.summary()]
     print_result([*summaries, f"report: {out}"], lambda: comparison_data(found), as_json)
 

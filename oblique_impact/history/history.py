@@ -6,12 +6,12 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from html import escape
 from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 import h5py
 import numpy as np
@@ -24,9 +24,10 @@ from oblique_impact.beam.convergence import unconverged_results
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import State
-from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import cannot_write, prepare_folder, write_all
+from oblique_impact.errors import FileWarning, InputError, Outcome
+from oblique_impact.files import save_all, writing
 from oblique_impact.history.axis_motion import axis_places
+from oblique_impact.history.digest import digest_line, has_digest
 from oblique_impact.history.events import (
     EVENT_COLUMNS,
     OF_CONTACTS_IN_EVENTS,
@@ -116,17 +117,18 @@ class History:
         return self.__dict__
 
     def __repr__(self) -> str:
-        """Describe the run in a few lines."""
+        """Describe the run in a few lines, and its warnings in one each."""
         return "\n".join(_describe(self))
 
     def _repr_html_(self) -> str:
-        """Describe the run in a notebook, with the macro-collisions in a table."""
+        """Describe the run in a notebook, with the macro-collisions in a table and its warnings."""
         from pandas import DataFrame
 
         lines = "<br>".join(escape(line) for line in _describe(self)[:4])
         found = DataFrame(self.macro_collisions).rename(columns=_OF_COLLISIONS)
-        table = found.to_html(index=False, float_format="{:.6g}".format)
-        return f"<div>{lines}{table if self.macro_collisions else ''}</div>"
+        table = found.to_html(index=False, float_format="{:.6g}".format) if self.macro_collisions else ""
+        warned = "".join(f"<li>warning: {escape(text)}</li>" for text in self.summary.get("warnings", ()))
+        return f"<div>{lines}{table}{f'<ul>{warned}</ul>' if warned else ''}</div>"
 
     @property
     def scenario_toml(self) -> str:
@@ -267,18 +269,18 @@ class History:
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write scenario.toml, history.nc, events.csv and summary.json into `folder`, all of them or none.
 
-        Raises InputError if the folder cannot be written.
+        Raises InputError if the folder cannot be written, or another process is writing there.
         """
-        target = prepare_folder(folder)
-        texts = {
-            "scenario.toml": self.scenario_toml,
-            "events.csv": self.events_csv(),
-            "summary.json": json.dumps(self.summary, indent=2) + "\n",
-        }
-        write_text = partial(Path.write_text, encoding="utf-8")
-        writers: dict[Path, Callable[[Path], Any]] = {
-            target / name: partial(write_text, data=text) for name, text in texts.items()
-        }
+        with writing(folder):
+            save_all(Path(folder), self.files())
+        return Path(folder)
+
+    def files(self) -> dict[str, bytes]:
+        """Return the contents of the four files by their names, in the order in which they are replaced.
+
+        history.nc, which holds everything, is the first one and summary.json the last, so that a folder in which
+        only some were replaced is known by the two.
+        """
         whole = self.data if self.scenario is None else self.data.assign(self.section_forces())
         whole = whole.assign_attrs(
             format=FORMAT,
@@ -293,36 +295,48 @@ class History:
         store = H5NetCDFStore.open(netcdf, "w", lock=False)
         whole.dump_to_store(store)
         store.close()
-        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf.getbuffer())
-        try:
-            write_all(writers)
-        except OSError as error:
-            raise cannot_write(target, error) from None
-        return target
+        netcdf.seek(0, os.SEEK_END)
+        netcdf.write(digest_line(netcdf.getvalue()))
+        return {
+            "history.nc": netcdf.getvalue(),
+            "scenario.toml": self.scenario_toml.encode(),
+            "events.csv": self.events_csv().encode(),
+            "summary.json": _summary_json(self.summary).encode(),
+        }
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> History:
         """Read a run folder, or the history.nc inside one.
 
-        Raises InputError with one line if it is not a history of this format, or is damaged.
+        Raises InputError with one line if it is not a history of this format, or is damaged.  Warns, with
+        :class:`~oblique_impact.errors.FileWarning`, of a file that another program has written, in which damage
+        cannot be seen, and of a folder whose summary.json is that of another run.
         """
-        file = Path(path)
+        folder, file = None, Path(path)
         if file.is_dir():
             lacking = [name for name in FILES if not (file / name).exists()]
-            file = file / "history.nc"
+            folder, file = file, file / "history.nc"
             if not file.is_file():
                 raise InputError(f"{path}: is not the folder of a run: it lacks {', '.join(lacking)}")
         elif not file.is_file():
             run = f"; run the scenario first: oblique-impact run {path} --out DIR, and give DIR"
             raise InputError(f"{path}: no such history{run if str(path) in builtin_names() else ''}")
         try:
-            with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
-                opened.visititems(lambda name, item: None)
+            if not (whole := has_digest(file)):
+                with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
+                    opened.visititems(lambda name, item: None)
             # without phony_dims a variable that has lost its dimensions prints a warning; it is refused below
-            return cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
+            found = cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
         except Exception as error:  # xarray, h5netcdf and h5py raise errors of many kinds for damaged files
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history of oblique-impact: {reason}") from None
+        if not whole:
+            words = "has no digest, as another program or an earlier version wrote it: damage cannot be seen"
+            warn(f"{file}: {words}", FileWarning, stacklevel=2)
+        if folder and not _is_summary(folder / "summary.json", found.summary):
+            words = "is not of the run in history.nc, nor may the other files be; History.save writes all anew"
+            warn(f"{folder / 'summary.json'}: {words}", FileWarning, stacklevel=2)
+        return found
 
     @classmethod
     def _of_one_dataset(cls, data: xr.Dataset) -> History:
@@ -397,8 +411,22 @@ def beam_history(
     return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
 
 
+def _summary_json(summary: Mapping[str, Any]) -> str:
+    return json.dumps(summary, indent=2) + "\n"
+
+
+def _is_summary(file: Path, summary: Mapping[str, Any]) -> bool:
+    """Whether a file, if there is one, is that of a summary."""
+    try:
+        return file.read_text(encoding="utf-8") == _summary_json(summary)
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError):
+        return False
+
+
 def _describe(history: History) -> list[str]:
-    """Describe a history and its macro-collisions in at most ten lines."""
+    """Describe a history, its warnings, and its macro-collisions up to the third, a line each."""
     s, sizes = history.summary, history.data.sizes
     kind = "a beam" if history.scenario else "a system"
     parts = ", ".join(counted(count, str(name)) for name, count in sizes.items() if name != "time")
@@ -418,7 +446,7 @@ def _describe(history: History) -> list[str]:
         lines.append(f"  collision {number} {m['start']:.6f} to {m['end']:.6f} s, {contacts}, {impulse}")
     if len(history.macro_collisions) > len(shown):
         lines.append(f"  and {len(history.macro_collisions) - len(shown)} more")
-    return lines
+    return lines + [f"  warning     {text}" for text in s.get("warnings", ())]
 
 
 def require_history(value: object, where: str) -> None:

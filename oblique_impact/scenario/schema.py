@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.files import cannot_write, prepare_folder, write_text
+from oblique_impact.files import save_text
 from oblique_impact.scenario.comments import first_clause, item_models, schemas_of
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.units import Unit
@@ -46,12 +46,7 @@ def scenario_schema(out: str | os.PathLike[str] | None = None) -> dict[str, Any]
             if "unit" in schema:
                 schema["description"] += f" ({schema['unit']})"  # what editors show at a key
     if out is not None:
-        path = Path(out)
-        prepare_folder(path.parent)
-        try:
-            write_text(path, f"{json.dumps(found, indent=2, ensure_ascii=False)}\n")
-        except OSError as error:
-            raise cannot_write(path, error) from None
+        save_text(Path(out), f"{json.dumps(found, indent=2, ensure_ascii=False)}\n")
     return found
 
 

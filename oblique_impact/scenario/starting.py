@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import write_text
+from oblique_impact.files import save_text, writing_file
 from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.scenario import Scenario, builtin_names, builtin_text
 from oblique_impact.scenario.section import Section
@@ -101,18 +101,21 @@ def start_scenario(
     path = Path(file)
     if path.suffix != ".toml":
         raise InputError(f"{path}: should end in .toml")
-    if path.exists():
-        raise InputError(f"{path}: is there already; choose another name, or remove it first")
+    _require_new(path)
     scenario = base if isinstance(base, Scenario) else Scenario.load(base)
     heads = [_about(base)] if isinstance(base, str) and base in builtin_names() else []
     about = [textwrap.fill(f"# {line}", 110, subsequent_indent="#   ") for line in (*heads, *notes)]
     body = commented(Scenario, scenario.model_dump(mode="json"), set(_given(scenario)))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, "\n".join([*about, _HOW, "", body]))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    with writing_file(path, ""):
+        _require_new(path)  # nor made by another process since
+        save_text(path, "\n".join([*about, _HOW, "", body]), "")
     return Scenario.load(str(path))
+
+
+def _require_new(path: Path) -> None:
+    """Raise InputError if there is such a file."""
+    if path.exists():
+        raise InputError(f"{path}: is there already; choose another name, or remove it first")
 
 
 def _given(section: Section, name: str = "") -> Iterator[str]:

@@ -10,7 +10,7 @@ from scipy.special import gamma, hyp1f1
 from oblique_impact.history.history import History
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.checks.rigid_impact import BENDING, MASS, SPEED, TURNING
 from oblique_impact.validation.reference_values import VALUES, source

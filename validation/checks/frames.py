@@ -8,7 +8,7 @@ import numpy as np
 
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.kinetics import tip_at
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 from oblique_impact.validation.reference_values import VALUES, source

@@ -12,7 +12,7 @@ from oblique_impact.fem_beam.exact import ElasticSections
 from oblique_impact.fem_beam.exact import simulate as simulate_exact
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
 

@@ -18,7 +18,7 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.marching.loop import Run
 from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.plots import impulse_law_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source

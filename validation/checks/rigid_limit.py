@@ -9,7 +9,7 @@ import numpy as np
 
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 from oblique_impact.validation.reference_values import VALUES, source
 from oblique_impact.validation.runs import column, run

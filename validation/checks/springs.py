@@ -9,7 +9,8 @@ import numpy as np
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate, simulate_system
+from oblique_impact.simulation import compute_history as simulate
+from oblique_impact.simulation import simulate_system
 from oblique_impact.validation.checks.plots import published_impact_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source

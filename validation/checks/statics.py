@@ -12,7 +12,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import BeamOperators, build_operators
 from oblique_impact.beam.section_forces import Fields, Motion, fields_along
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
 

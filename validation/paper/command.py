@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import save_text, writing
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario
@@ -19,7 +19,7 @@ from oblique_impact.validation.paper import measures
 from oblique_impact.validation.paper.figures import PLOTS, draw
 from oblique_impact.validation.paper.measures import MODELS, NAN, SCHEMES, Models
 from oblique_impact.validation.paper.rules import CLAIMS, NOT, PARTLY, REPRODUCED, VERDICTS
-from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text, write_file
+from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text
 from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.parallel import map_parallel
 
@@ -118,16 +118,16 @@ def reproduce(
     >>> result.verdicts  # doctest: +SKIP
     {'reproduced': 19, 'partly': 9, 'not reproduced': 3}
     """
-    folder = None if out is None else prepare_folder(out)
     started = time.perf_counter()
     named, grid = measures.cases(), measures.combinations()
     tasks: list[Scenario | dict[str, Any]] = [*named.values(), *grid]
-    found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
-    runs: dict[str, History] = dict(zip(named, found, strict=False))
-    combined = pd.DataFrame(found[len(named) :])
-    result = Reproduction(judge_claims(runs, combined), runs, combined, time.perf_counter() - started)
-    if folder is not None:
-        write_report(result, folder)
+    with writing(out):
+        found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
+        runs: dict[str, History] = dict(zip(named, found, strict=False))
+        combined = pd.DataFrame(found[len(named) :])
+        result = Reproduction(judge_claims(runs, combined), runs, combined, time.perf_counter() - started)
+        if out is not None:
+            write_report(result, Path(out))
     return result
 
 
@@ -188,9 +188,9 @@ def write_report(result: Reproduction, folder: Path) -> None:
     schemes = {scheme: Models(*(result.runs[f"paper/{scheme}/{model}"] for model in MODELS)) for scheme in SCHEMES}
     pictures = {plot.number: draw(plot, schemes) for plot in PLOTS}
     for figure, picture in pictures.items():
-        write_file(folder / "figures" / f"fig{figure:02d}.svg", picture.svg)
+        save_text(folder / "figures" / f"fig{figure:02d}.svg", picture.svg)
     for name, frame in (("claims", claims), ("combinations", grid)):
-        write_file(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
+        save_text(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
     page = Report(
         _TITLE,
         _LEAD,

@@ -14,7 +14,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 
 Array = NDArray[np.float64]
 #: start and end (s)

@@ -19,7 +19,7 @@ machine and provenance are added to the page, and all but the date to the JSON. 
 a button saves a picture as SVG.  Cells of a table are texts, numbers (six digits; `cell` takes others), None, or a
 `Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  A block None, a table without rows and a
 section without blocks are left out.  `number` formats a number for reading,
-`number_within` to the digits that its uncertainty leaves.  `write_json` and `write_file` write further files.
+`number_within` to the digits that its uncertainty leaves.  `write_json` writes further files.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from oblique_impact.files import plain, save_whole
+from oblique_impact.files import plain, save_all, save_text
 from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.renders.style import figure_style
 
@@ -309,26 +309,27 @@ class Report:
         table: pd.DataFrame | None = None,
         name: str = "report.html",
     ) -> Path:
-        """Write the page, `data` as results.json and `table` as results.csv; returns the page.
+        """Write the page, `data` as results.json and `table` as results.csv, all or none; returns the page.
 
         The JSON holds numbers in full precision, null for NaN and infinity, and the provenance besides.
         Raises InputError if a file cannot be written.
         """
+        texts = dict[str, bytes | str]()
         if data is not None:
-            write_json(folder / "results.json", {**data, **provenance_data()})
+            texts["results.json"] = _json({**data, **provenance_data()})
         if table is not None:
-            write_file(folder / "results.csv", table.to_csv(index=False, lineterminator="\n"))
-        return write_file(folder / name, self.html())
+            texts["results.csv"] = table.to_csv(index=False, lineterminator="\n")
+        save_all(folder, texts | {name: self.html()})
+        return folder / name
 
 
 def write_json(path: Path, data: Any) -> Path:
     """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
-    return write_file(path, json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return save_text(path, _json(data))
 
 
-def write_file(path: Path, text: str) -> Path:
-    """Write a text, whole or not at all; raises InputError if it cannot be written."""
-    return save_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
+def _json(data: Any) -> str:
+    return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 # --- what made a report

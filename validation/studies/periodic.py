@@ -21,7 +21,7 @@ from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.messages import one_of, refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.quantities import VARIABLES
 
 #: samples of a period from which the size of the motion is judged while it settles

@@ -24,6 +24,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, require_scenario
@@ -200,11 +201,14 @@ def predictability(
             except InputError:  # below the slope
                 continue
             runs.append(Run({"case": label, "offset": offset}, perturbed, names))
-    frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
-    found = [judge(label, case, perturbations, frame[frame["case"] == label]) for label, case in cases.items()]
-    result = Predictability(name, tuple(found), time.perf_counter() - started)
-    if out is not None:
-        report(result).write(Path(out), _data(result), result.to_dataframe())
+    with writing(out):
+        frame = run_study(
+            runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress
+        )
+        found = [judge(label, case, perturbations, frame[frame["case"] == label]) for label, case in cases.items()]
+        result = Predictability(name, tuple(found), time.perf_counter() - started)
+        if out is not None:
+            report(result).write(Path(out), _data(result), result.to_dataframe())
     return result
 
 

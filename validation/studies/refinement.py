@@ -16,7 +16,7 @@ import pandas as pd
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import plain
+from oblique_impact.files import plain, writing
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
@@ -192,12 +192,15 @@ def refine(
     # everything that can be refused is refused before a folder appears
     ladders = [ladder.changed(changes, quantities) for ladder in described.ladders]
     runs = [run for ladder in ladders for run in ladder.runs()]
-    frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
-    tolerance = described.tolerance if within is None else within
-    found = tuple(judge(ladder, frame[frame["ladder"] == ladder.name], tolerance) for ladder in ladders)
-    result = StudyResult(described, tolerance, found, time.perf_counter() - started)
-    if out is not None:
-        report(result).write(Path(out), study_data(result), result.to_dataframe())
+    with writing(out):
+        frame = run_study(
+            runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress
+        )
+        tolerance = described.tolerance if within is None else within
+        found = tuple(judge(ladder, frame[frame["ladder"] == ladder.name], tolerance) for ladder in ladders)
+        result = StudyResult(described, tolerance, found, time.perf_counter() - started)
+        if out is not None:
+            report(result).write(Path(out), study_data(result), result.to_dataframe())
     return result
 
 

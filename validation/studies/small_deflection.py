@@ -33,6 +33,7 @@ from matplotlib.lines import Line2D
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.small_deflection import NOTICEABLE
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario
@@ -280,12 +281,15 @@ def small_deflection(
         for run in _runs(problem, nominal, spin)
     ]
     started = time.perf_counter()
-    frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
-    points = points_of(frame)
-    result = SmallDeflection(points, time.perf_counter() - started)
-    if out is not None:
-        data = {"study": "small-deflection", "points": points}
-        report(result).write(Path(out), data, points)
+    with writing(out):
+        frame = run_study(
+            runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress
+        )
+        points = points_of(frame)
+        result = SmallDeflection(points, time.perf_counter() - started)
+        if out is not None:
+            data = {"study": "small-deflection", "points": points}
+            report(result).write(Path(out), data, points)
     return result
 
 

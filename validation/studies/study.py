@@ -7,7 +7,6 @@ import json
 import math
 import os
 import re
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,14 +21,14 @@ import pandas as pd
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import prepare_folder, save_whole
+from oblique_impact.files import prepare_folder, save_all, save_whole
 from oblique_impact.history.history import History
 from oblique_impact.history.provenance import source_digest
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.marching.loop import Status
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each
 from oblique_impact.validation.studies.periodic import MotionState, PeriodicSection, periodic_response
 from oblique_impact.validation.studies.quantities import VARIABLES, GapError, not_determined, quantity
@@ -159,9 +158,7 @@ def run_study(
             row, files = (failed(CRASHED, found.reason), {}) if isinstance(found, Crash) else found
             if files and path is not None:
                 # before its row: a folder that is not complete has no row, and its run is repeated
-                for name, content in files.items():
-                    target = path.parent / "histories" / f"{number + 1:06d}" / name
-                    save_whole(target, partial(Path.write_bytes, data=content))
+                save_all(path.parent / "histories" / f"{number + 1:06d}", files)
             rows[keys[number]] = row
             if time.monotonic() - saved > _SAVE_EVERY:
                 _save(_frame(runs, keys, rows, units), path)
@@ -252,9 +249,7 @@ def measure_run(
                 history = simulate(run.scenario, check_time)
         row = measure(history, run.quantities)
         if histories:  # as bytes: a worker of a cluster may have no folder in common with us
-            with tempfile.TemporaryDirectory() as folder:
-                history.save(folder)
-                files = {file.name: file.read_bytes() for file in Path(folder).iterdir()}
+            files = history.files()
     except InputError as error:
         row = failed(INVALID, str(error))
     except OutOfTimeError as error:

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import write_text
+from oblique_impact.files import save_text, writing
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.messages import counted
@@ -133,22 +133,23 @@ def sweep(
         there.append(progress.done)
         on_progress(progress)
 
-    frame = run_study(
-        plan.runs,
-        out,
-        scheduler=scheduler,
-        workers=workers,
-        timeout=timeout,
-        units={key: direction.unit for direction in plan.directions for key in direction.names},
-        histories=plan.file.histories,
-        exclusive=True,
-        on_progress=count,
-    )
     folder = Path(out)
-    write_text(folder / "scenario.toml", plan.base.to_toml())
-    write_text(folder / "sweep.toml", plan.to_toml())
-    result = SweepResult(plan, folder, frame, there[0] - len(plan.impossible), time.monotonic() - started)
-    report(result).write(folder)
+    with writing(folder):
+        frame = run_study(
+            plan.runs,
+            out,
+            scheduler=scheduler,
+            workers=workers,
+            timeout=timeout,
+            units={key: direction.unit for direction in plan.directions for key in direction.names},
+            histories=plan.file.histories,
+            exclusive=True,
+            on_progress=count,
+        )
+        save_text(folder / "scenario.toml", plan.base.to_toml())
+        save_text(folder / "sweep.toml", plan.to_toml())
+        result = SweepResult(plan, folder, frame, there[0] - len(plan.impossible), time.monotonic() - started)
+        report(result).write(folder)
     return result
 
 

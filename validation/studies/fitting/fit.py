@@ -11,12 +11,12 @@ from pathlib import Path
 import pandas as pd
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder, write_text
+from oblique_impact.files import save_text, writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.scenario.schema import label_of
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.report import (
     Block,
     Cell,
@@ -133,32 +133,31 @@ def fit(
     count, least = len(measured.table), len(parameters) + (not measured.has_deviations)
     if count < least:
         raise InputError(f"{data}: {count} values for {len(parameters)} keys: at least {least} are needed")
-    if out is not None:
-        prepare_folder(out)
     if measured.table["time"].notna().all():  # of series the rest of the run is not needed
         base = base.replace(end_time=float(measured.table["time"].max()))
-    problem = Problem(base, parameters, measured, measured.first_deviations())
-    found = find_keys(problem, starts, workers, on_progress)
-    estimate = find_intervals(found.problem, found.solutions[found.best], workers, on_progress)
-    found.solutions[found.best] = estimate.solution
-    history = simulate(found.problem.scenario(estimate.solution.u))
-    fitted = measured.table.assign(deviation=found.problem.deviations, fitted=measured.predict(history))
-    result = FitResult(
-        scenario=found.problem.scenario(estimate.solution.u).replace(end_time=scenario.end_time),
-        keys=_keys(found.problem, estimate),
-        data=fitted.assign(residual=-estimate.solution.residuals),
-        correlation=estimate.correlation,
-        starts=_starts(found),
-        sum_of_squares=estimate.solution.squares,
-        degrees_of_freedom=estimate.degrees_of_freedom,
-        warnings=tuple(caveats(found, estimate, history, workers)),
-        seconds=time.perf_counter() - started,
-    )
-    if out is not None:
-        numbers = {**vars(result), "correlation": result.correlation.to_dict()}
-        numbers["times"] = {"wall_time": numbers.pop("seconds")}
-        report(result, name).write(Path(out), numbers, result.data)
-        write_text(Path(out) / "scenario.toml", result.scenario.to_toml())
+    with writing(out):
+        problem = Problem(base, parameters, measured, measured.first_deviations())
+        found = find_keys(problem, starts, workers, on_progress)
+        estimate = find_intervals(found.problem, found.solutions[found.best], workers, on_progress)
+        found.solutions[found.best] = estimate.solution
+        history = simulate(found.problem.scenario(estimate.solution.u))
+        fitted = measured.table.assign(deviation=found.problem.deviations, fitted=measured.predict(history))
+        result = FitResult(
+            scenario=found.problem.scenario(estimate.solution.u).replace(end_time=scenario.end_time),
+            keys=_keys(found.problem, estimate),
+            data=fitted.assign(residual=-estimate.solution.residuals),
+            correlation=estimate.correlation,
+            starts=_starts(found),
+            sum_of_squares=estimate.solution.squares,
+            degrees_of_freedom=estimate.degrees_of_freedom,
+            warnings=tuple(caveats(found, estimate, history, workers)),
+            seconds=time.perf_counter() - started,
+        )
+        if out is not None:
+            numbers = {**vars(result), "correlation": result.correlation.to_dict()}
+            numbers["times"] = {"wall_time": numbers.pop("seconds")}
+            report(result, name).write(Path(out), numbers, result.data)
+            save_text(Path(out) / "scenario.toml", result.scenario.to_toml())
     return result
 
 

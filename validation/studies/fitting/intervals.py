@@ -21,7 +21,7 @@ from scipy.stats import chi2, norm, t
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.fitting.measured import Array
 from oblique_impact.validation.studies.fitting.search import Parameter, Problem, SearchResult, Solution
 from oblique_impact.validation.studies.parallel import map_parallel

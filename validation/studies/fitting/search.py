@@ -29,7 +29,7 @@ from oblique_impact.progress import OnProgress
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import schema_of, unit_of_key
-from oblique_impact.simulation import simulate
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.design import check_keys, si_value
 from oblique_impact.validation.studies.fitting.measured import Array, Measured
 from oblique_impact.validation.studies.parallel import map_parallel
