@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import warnings
 from importlib.metadata import version as installed
 from pathlib import Path
 
@@ -14,6 +15,9 @@ sys.path.insert(0, str(HERE / "_ext"))
 
 # Sphinx listens to everybody; scikit-fem tells of every assembly
 logging.getLogger("skfem").setLevel(logging.WARNING)
+
+# a warning in an example stands on its page, in a line without the folder of this build
+warnings.formatwarning = lambda message, category, *place: f"{category.__name__}: {message}\n"
 
 project = "oblique-impact"
 copyright = "the authors of oblique-impact"

@@ -168,8 +168,9 @@ class Comparison:
         return "\n".join([*self.summary(), "", table])
 
     def __repr__(self) -> str:
-        """Return which keys differ, and how the two agree."""
-        return f"<Comparison: {', '.join(self.changed_keys) or 'no key'} differs; {_events(self)}>"
+        """Return which keys differ, how the two agree, and the warnings of both."""
+        line = f"<Comparison: {', '.join(self.changed_keys) or 'no key'} differs; {_events(self)}>"
+        return "\n".join([line, *(f"  warning ({names}): {text}" for names, text in self.warnings)])
 
     def _repr_html_(self) -> str:
         """Show the head of the report in a notebook."""

@@ -8,7 +8,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario
+from oblique_impact.simulation import compute_history
 from oblique_impact.validation.studies.quantities import quantity_table
 
 
@@ -18,7 +19,7 @@ class HistoryVariables(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the table."""
         rows = ["| variable | dimensions | unit | meaning |", "| --- | --- | --- | --- |"]
-        for name, variable in simulate(Scenario.builtin("paper", ["end_time=1e-4"])).data.variables.items():
+        for name, variable in compute_history(Scenario.builtin("paper", ["end_time=1e-4"])).data.variables.items():
             unit, meaning, comment = (
                 str(variable.attrs.get(key, "")) for key in ("units", "long_name", "comment")
             )

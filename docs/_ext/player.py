@@ -10,8 +10,9 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario
 from oblique_impact.renders import Style, render
+from oblique_impact.simulation import compute_history
 
 FOLDER = "player"  # of the site, that the page is in
 _FRAME = """<div class="player">
@@ -40,7 +41,8 @@ def write_pages(app: Sphinx, error: Exception | None) -> None:
     """Write the page of the paper's case into the finished site."""
     if error or app.builder.format != "html":
         return
-    render(simulate(Scenario.builtin("paper")), Path(app.outdir) / FOLDER / "paper.html", Style(theme="auto"))
+    history = compute_history(Scenario.builtin("paper"))
+    render(history, Path(app.outdir) / FOLDER / "paper.html", Style(theme="auto"))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

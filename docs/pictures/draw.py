@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import shutil
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 from matplotlib.figure import Figure
 from PIL import Image
+
+from oblique_impact import SimulationWarning
 
 from . import contacts, mechanics, scenes, sketch, studies
 from .paper import FOLDER, save
@@ -55,6 +58,7 @@ def draw(name: str, folder: Path = FOLDER) -> Path:
 
 
 if __name__ == "__main__":
+    warnings.simplefilter("ignore", SimulationWarning)  # the pages say where a model has its limits
     for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES, *FILMS]:
         if wanted == "paraview" and not all(map(shutil.which, ("pvpython", "xvfb-run"))):
             print("paraview: left as it is; it takes pvpython and xvfb-run (Debian: paraview, xvfb)")

@@ -131,8 +131,9 @@ def export(
     span = _pair("--between", between)
     kind = cast(Any, format)  # a wrong one is refused with the list of those that are allowed
     with counting_bar("export") as show:
+        run = History.load(history)
         done = write(
-            History.load(history),
+            run,
             out,
             format=kind,
             every=every,
@@ -147,7 +148,9 @@ def export(
     ]
     if done.format != "csv":
         lines[0] += f"; deformation factor {done.factor:g}"
-    print_result(lines, asdict(done), as_json)
+    warnings = run.summary.get("warnings", [])
+    lines += [f"  warning: {text}" for text in warnings]
+    print_result(lines, asdict(done) | {"warnings": warnings}, as_json)
 
 
 def _size(text: str) -> tuple[int, int]:

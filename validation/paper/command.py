@@ -19,9 +19,10 @@ from oblique_impact.validation.paper import measures
 from oblique_impact.validation.paper.figures import PLOTS, draw
 from oblique_impact.validation.paper.measures import MODELS, NAN, SCHEMES, Models
 from oblique_impact.validation.paper.rules import CLAIMS, NOT, PARTLY, REPRODUCED, VERDICTS
-from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text
+from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text, listed
 from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.parallel import map_parallel
+from oblique_impact.validation.studies.study import same_warnings
 
 #: s of one core that the runs and figures take on a fast machine
 SECONDS = 150.0
@@ -210,6 +211,7 @@ def write_report(result: Reproduction, folder: Path) -> None:
             "outcome": run.outcome.label,
             "macro_collisions": run.macro_collisions,
             "energy": run.balance,
+            "warnings": run.summary["warnings"],
             "scenario": run.scenario,
         }
         for key, run in result.runs.items()
@@ -281,6 +283,7 @@ def _runs(result: Reproduction) -> list[Block]:
     macros.attrs["units"] |= {"normal_impulse": "N s", "tangential_impulse": "N s"}
     ledgers = pd.DataFrame({"run": key, **run.balance} for key, run in runs.items())
     shown = ("run", "initial", "final", "lost_impact", "lost_friction", "lost_scheme", "unaccounted")
+    warned = same_warnings((name, "\n".join(run.summary["warnings"])) for name, run in runs.items())
     about = (
         "what the scheme takes is the work of Baumgarte's terms, negative where they push a tip out of the slope"
     )
@@ -288,6 +291,7 @@ def _runs(result: Reproduction) -> list[Block]:
         differing(_scenarios(result)),
         Table.of_frame(macros, "Macro-collisions: contacts less than 0.03 s apart, impacts included", digits=5),
         Table.of_frame(ledgers[[*shown]], f"Energy balance (J); {about}", digits=4),
+        Table(["warning", "runs"], [[text, listed(found)] for text, found in warned], "Warnings.", wide=(0, 1)),
     ]
 
 

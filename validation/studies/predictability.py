@@ -93,8 +93,8 @@ class CaseResult:
     failed: pd.DataFrame
 
     def __repr__(self) -> str:
-        """Return a line for each macro-collision."""
-        found = [f"{self.name}:"]
+        """Return what stands against the result, and a line for each macro-collision."""
+        found = [f"{self.name}:", *(f"  {remark}" for remark in self.remarks)]
         for c in self.collisions.itertuples():
             growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
             found.append(f"  collision {c.collision}: starts at {c.start:.9g} s{growth}: {c.verdict}")
@@ -274,11 +274,7 @@ def verdict_of(growth: float, lower_bound: bool = False) -> str:
 
 def lines(result: Predictability) -> list[str]:
     """Return what a study found in lines, for a terminal."""
-    found = []
-    for case in result.cases:
-        name, *collisions = repr(case).splitlines()
-        found += [name, *(f"  {remark}" for remark in case.remarks), *collisions]
-    return found
+    return [line for case in result.cases for line in repr(case).splitlines()]
 
 
 # --- report
@@ -290,7 +286,7 @@ def _data(result: Predictability) -> dict[str, Any]:
             "name": found.name,
             "scenario": found.scenario,
             "unit_time": found.unit_time,
-            "runs": pd.concat([found.frame, found.failed])[["offset", "outcome", "message"]],
+            "runs": pd.concat([found.frame, found.failed])[["offset", "outcome", "message", "warnings"]],
             "events": found.events,
             "collisions": found.collisions,
         }

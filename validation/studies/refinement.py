@@ -99,10 +99,10 @@ class StudyResult:
         return report(self)._repr_html_()
 
     def __repr__(self) -> str:
-        """Return a line for each quantity."""
+        """Return a line for each quantity, and what stands against them."""
         shown = [f"<StudyResult: {', '.join(found.ladder.name for found in self.ladders)}; {self.seconds:.1f} s>"]
         for found in self.ladders:
-            shown += [f"  {item!r}" for item in found.results]
+            shown += [f"  {line}" for line in (*map(repr, found.results), *found.remarks)]
         return "\n".join(shown)
 
 

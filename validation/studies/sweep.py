@@ -61,8 +61,8 @@ class SweepResult:
         return {str(name): int(count) for name, count in self.frame["outcome"].value_counts().items()}
 
     def __repr__(self) -> str:
-        """Return how the runs ended."""
-        return f"<SweepResult: {lines(self)[0]}; {self.folder}>"
+        """Return how the runs ended, and their warnings."""
+        return "\n".join([f"<SweepResult: {lines(self)[0]}; {self.folder}>", *_warning_lines(self)])
 
     def _repr_html_(self) -> str:
         """Show the head of the report in a notebook."""
@@ -172,9 +172,16 @@ def lines(result: SweepResult) -> list[str]:
         found.append(f"  {counted(new, 'run')} in {result.seconds:.1f} s, {new / result.seconds:.1f} runs/s")
     for row in result.unfinished.head(1).to_dict("records"):
         found.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
-    warnings = warned(frame)
-    for count, run, text in warnings[:_SHOWN]:
-        found.append(f"  warning of {count} of {len(frame)} runs, the first run {run}: {text}")
+    return found + _warning_lines(result)
+
+
+def _warning_lines(result: SweepResult) -> list[str]:
+    """Return the most frequent warnings in a line each."""
+    warnings, count = warned(result.frame), len(result.frame)
+    found = [
+        f"  warning of {runs} of {count} runs, the first run {run}: {text}"
+        for runs, run, text in warnings[:_SHOWN]
+    ]
     if len(warnings) > _SHOWN:
         found.append(f"  and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
     return found

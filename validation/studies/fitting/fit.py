@@ -67,8 +67,8 @@ class FitResult:
     seconds: float
 
     def __repr__(self) -> str:
-        """Return a line for each key."""
-        return "\n".join(["<FitResult>", *(f"  {line}" for line in lines(self)[: len(self.keys) + 1])])
+        """Return a line for each key, the sum of squares, and what stands against them."""
+        return "\n".join(["<FitResult>", *(f"  {line}" for line in lines(self))])
 
     def _repr_html_(self) -> str:
         """Show the head of the report in a notebook."""
