@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import resource
 import subprocess
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 
+import pandas as pd
 import pytest
 
 from oblique_impact import InputError, Scenario
-from oblique_impact.files import writing
+from oblique_impact.files import writing, writing_file
 from oblique_impact.history.size import expected_size
-from tests.processes import COMMAND, files_in
+from tests.processes import COMMAND, files_in, started
+from tests.refusals import refused_in_one_line
 
 
 @pytest.mark.parametrize(
@@ -51,16 +55,160 @@ def test_the_size_of_a_history_is_known_beforehand(run, tmp_path, changes):
     assert size == pytest.approx((folder / "history.nc").stat().st_size, rel=0.02)
 
 
-def test_a_folder_has_one_writer(tmp_path, refused):
-    with writing(tmp_path):
-        assert "another process is writing here" in refused("run", "paper", "--out", tmp_path)
-    assert files_in(tmp_path) == []
+@contextmanager
+def another_process(writes: AbstractContextManager[None]) -> Iterator[None]:
+    """Another process that is writing somewhere."""
+    (begun, tell), (wait, end) = os.pipe(), os.pipe()
     child = os.fork()
     if not child:
-        with writing(tmp_path):
+        with writes:
+            os.write(tell, b"begun")
+            os.close(end)
+            os.read(wait, 1)
             os._exit(0)  # as if it were killed
-    os.waitpid(child, 0)
-    with writing(tmp_path):
-        pass
+    os.read(begun, 5)
+    try:
+        yield
+    finally:
+        os.close(end)
+        os.waitpid(child, 0)
+        for pipe in (begun, tell, wait):
+            os.close(pipe)
+
+
+def test_a_folder_has_one_writer(tmp_path):
+    with another_process(writing(tmp_path)):
+        with refused_in_one_line("another process is writing here", start=f"--out {tmp_path}"), writing(tmp_path):
+            pass
+        assert files_in(tmp_path) == [".lock"]
+    with writing(tmp_path):  # what a killed process left does not matter
+        with writing(tmp_path):  # its own writer may go on
+            pass
+        assert files_in(tmp_path) == [".lock"]
+    assert files_in(tmp_path) == []
     with pytest.raises(InputError, match="--out"), writing(tmp_path / ("x" * 300)):
         pass
+
+
+def test_a_history_is_not_saved_where_another_process_is_writing(run, tmp_path):
+    history = run("paper", "end_time=0.1")
+    with another_process(writing(tmp_path)), refused_in_one_line("another process is writing here"):
+        history.save(tmp_path)
+
+
+IN_FOLDERS = {
+    "run": ("run", "paper", "--out"),
+    "sweep": ("sweep", "friction", "--out"),
+    "refine": ("refine", "paper", "--elements", "4,8,16", "--out"),
+    "predictability": ("refine", "--predictability", "--out"),
+    "small-deflection": ("refine", "--study", "small-deflection", "--out"),
+    "validate": ("validate", "--only", "statics.own-weight", "--out"),
+    "reproduce": ("reproduce", "--out"),
+}
+
+
+@pytest.mark.parametrize("command", IN_FOLDERS)
+def test_a_command_is_refused_before_it_computes_where_another_one_writes(tmp_path, refused, command, monkeypatch):
+    def computed(*arguments, **options):
+        raise AssertionError("it computes")
+
+    for name in ("study.compute_each", "parallel.compute_each"):
+        monkeypatch.setattr(f"oblique_impact.validation.studies.{name}", computed)
+    monkeypatch.setattr("oblique_impact.simulation.compute_history", computed)
+    with another_process(writing(tmp_path)):
+        line = refused(*IN_FOLDERS[command], tmp_path)
+    assert line.startswith(f"oblique-impact: --out {tmp_path}: another process is writing here; wait for it")
+
+
+def test_a_fit_is_refused_where_another_process_writes(run, tmp_path, refused):
+    run("paper", "end_time=0.1").to_dataframe()[["time", "theta"]].rename(
+        columns={"time": "time [s]", "theta": "theta [rad]"}
+    ).to_csv(tmp_path / "data.csv", index=False)
+    words = ("fit", "paper", tmp_path / "data.csv", "--vary", "initial.angle", "--out")
+    with another_process(writing(tmp_path)):
+        assert "another process is writing here" in refused(*words, tmp_path)
+
+
+ONE_FILE = {
+    "render": ("render", "RUN", "--out", "picture.png"),
+    "charts": ("render", "RUN", "--out", "charts.svg"),
+    "page": ("render", "RUN", "--out", "page.html"),
+    "export": ("export", "RUN", "--out", "table.csv"),
+    "compare": ("compare", "RUN", "RUN", "--out", "numbers.json"),
+    "modes": ("modes", "paper", "--out", "campbell.svg"),
+    "schema": ("schema", "--out", "schema.json"),
+    "init": ("init", "new.toml"),
+}
+
+
+@pytest.mark.parametrize("command", ONE_FILE)
+def test_a_file_has_one_writer(run, tmp_path, refused, command):
+    *words, name = ONE_FILE[command]
+    folder = run("paper", "end_time=0.1").save(tmp_path / "run") if "RUN" in words else None
+    words = [folder if word == "RUN" else word for word in words]
+    with another_process(writing_file(tmp_path / name)):
+        assert "another process is writing here" in refused(*words, tmp_path / name)
+    assert not (tmp_path / name).exists()
+
+
+def test_two_commands_write_two_files_of_a_folder_at_once(run, tmp_path, cli):
+    folder = run("paper", "end_time=0.1").save(tmp_path)
+    with another_process(writing_file(tmp_path / "film.mp4")), another_process(writing(tmp_path)):
+        code, _, err = cli("export", folder, "--out", tmp_path / "table.csv")
+    assert (code, err) == (0, "")
+
+
+SWEEP = """
+scenario = "paper"
+quantities = ["theta@end"]
+[changes]
+end_time = 0.01
+[[axes]]
+key = "initial.angle"
+values = [0.5, 0.6, 0.7]
+"""
+
+
+def test_three_sweeps_into_one_folder_at_once(tmp_path):
+    """One at least computes; who is late is refused, or finds everything there."""
+    (tmp_path / "sweep.toml").write_text(SWEEP)
+    words, out = ("sweep", tmp_path / "sweep.toml", "--workers", "1", "--out"), tmp_path / "out"
+    with ExitStack() as running:
+        sweeps = [running.enter_context(started(*words, out)) for _ in range(3)]
+        said = [process.communicate(timeout=300.0)[1] for process in sweeps]
+    codes = [process.returncode for process in sweeps]
+    assert set(codes) <= {0, 2}
+    assert 0 in codes
+    for code, line in zip(codes, said, strict=True):
+        assert (line.count("\n") == 1 and "another process is writing here" in line) == (code == 2), said
+    assert len(pd.read_parquet(out / "results.parquet")) == 3
+    assert files_in(out) == ["report.html", "results.parquet", "scenario.toml", "sweep.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "bound"),
+    [
+        (("sweep", "sweep.toml"), 9_000),  # its table
+        (("sweep", "sweep.toml"), 30_000),  # its report
+        (("validate", "--only", "statics.own-weight"), 2_000),
+    ],
+    ids=["sweep-table", "sweep-report", "validate"],
+)
+def test_a_study_whose_disk_is_full(run, tmp_path, words, bound):
+    """One line; what has a name is whole."""
+    run("paper", "end_time=0.01", "discretization.modes=1")  # the kernels are compiled
+    (tmp_path / "sweep.toml").write_text(SWEEP)
+    done = subprocess.run(
+        [*COMMAND, *words, "--workers", "1", "--out", "out"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (bound, bound)),
+    )
+    assert done.returncode == 2, done.stderr
+    assert "cannot be written: " in done.stderr
+    assert "Traceback" not in done.stderr
+    left = files_in(tmp_path / "out")
+    assert set(left) <= {"results.parquet", "scenario.toml", "sweep.toml"}
+    if "results.parquet" in left:
+        assert len(pd.read_parquet(tmp_path / "out" / "results.parquet")) == 3
