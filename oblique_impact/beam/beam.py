@@ -81,14 +81,19 @@ class Energies(NamedTuple):
 
 
 def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
-    """Damping matrix (n, n): Kelvin-Voigt, mass-proportional, and 2 zeta omega_i on each elastic eigenmode.
+    """Damping matrix (n, n) of B: Kelvin-Voigt, and by mass and by mode that of the elastic modes with the root.
 
-    The mass is that of the elastic coordinates, with the hub's.
+    A root that is free to turn does so in these modes, by theta = -c.B/J with coupling c and inertia J of beam and
+    hub: in the mass [J, c; c^T, M_B] they are orthogonal to the swing, which is theta alone.  Their mass is then
+    M_B - c c^T/J in the rows of B and nothing in that of theta, in any frame: the swing is not damped.
     """
-    beam, mass = scenario.beam, operators.elastic_mass
-    matrix = beam.kelvin_voigt * operators.K + beam.mass_proportional * mass
+    beam, o = scenario.beam, operators
+    mass = o.elastic_mass
+    if scenario.root.kind != "driven":
+        mass = mass - np.outer(o.coupling, o.coupling) / o.inertia
+    matrix = beam.kelvin_voigt * o.K + beam.mass_proportional * mass
     if beam.modal_damping_ratio > 0.0:
-        squares, modes = eigh(operators.K, mass)
+        squares, modes = eigh(o.K, mass)
         weighted = mass @ modes
         rates = 2.0 * beam.modal_damping_ratio * np.sqrt(np.maximum(squares, 0.0))
         matrix = matrix + (weighted * rates) @ weighted.T

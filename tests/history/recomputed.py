@@ -206,9 +206,14 @@ class FloatingBeam(_Beam):
         )
         bend = B @ self.station_slopes.T
         self.axis_tangent = 1.0 - 0.5 * self.kept * bend**2 + 1j * bend
-        # mass-proportional damping is a load from outside on the motion in the frame
-        self.drag = -1j * s.beam.mass_proportional * self.mass * (Bd @ self.values.T)
+        # mass-proportional damping is a load from outside, on the motion in which bent beam and hub have no angular
+        # momentum; a driven root does not turn in it
+        X, rate, hub = self.mass * (self.arms + self.short), Bd @ self.values.T, Bd @ self.root_slope
+        turn = -((X * rate).sum(axis=1) + self.hub_inertia * hub) / (X @ self.arms + self.hub_inertia)
+        turn = turn if s.root.kind != "driven" else 0.0 * turn
+        self.drag = -1j * s.beam.mass_proportional * self.mass * (rate + np.outer(turn, self.arms))
         self.drag = self.drag * np.exp(1j * self.theta)[:, None]
+        self.hub_drag = -s.beam.mass_proportional * self.hub_inertia * (hub + turn)
         self.turning = np.zeros_like(self.v_points.real)  # sections have no rotary inertia
 
     def _turned(self, x, y, xd, yd):
@@ -265,11 +270,13 @@ class FloatingBeam(_Beam):
 
     @cached_property
     def damping_power(self):
-        """Power (W) of Kelvin-Voigt and mass-proportional damping."""
+        """Power (W) of Kelvin-Voigt and mass-proportional damping, the latter without swing of a straight beam."""
         b = self.scenario.beam
         stiffness = b.youngs_modulus * self.second_moment(self.points) * self.weights
         bending = (self.Bd @ self.curvatures.T) ** 2 @ stiffness
         moving = (self.Bd @ self.values.T) ** 2 @ self.mass + self.hub_inertia * (self.Bd @ self.root_slope) ** 2
+        if self.scenario.root.kind != "driven":
+            moving -= self.turned(self.Bd) ** 2 / (self.arms**2 @ self.mass + self.hub_inertia)
         return b.kelvin_voigt * bending + b.mass_proportional * moving
 
     @cached_property
