@@ -206,7 +206,7 @@ class FloatingBeam(_Beam):
         )
         bend = B @ self.station_slopes.T
         self.axis_tangent = 1.0 - 0.5 * self.kept * bend**2 + 1j * bend
-        # mass-proportional damping is a load from outside, on the motion in which bent beam and hub have no angular
+        # mass-proportional damping is a load from outside, on the motion in which beam and hub have no angular
         # momentum; a driven root does not turn in it
         X, rate, hub = self.mass * (self.arms + self.short), Bd @ self.values.T, Bd @ self.root_slope
         turn = -((X * rate).sum(axis=1) + self.hub_inertia * hub) / (X @ self.arms + self.hub_inertia)
