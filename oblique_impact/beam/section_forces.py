@@ -193,29 +193,30 @@ def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, A
     x, y = _axial_along(points, _applied(table.slopes, B), sums), _applied(table.values, B)
     tip_x, tip_y = sums[-1, :3].copy(), _applied(stations.values[-1:], B)[0]
     tip_x[0] += sections.hub_radius + sections.length
-    if beam.scenario.beam.mass_proportional > 0.0:
-        # an external load like that of inertia; damping of the other kinds is part of the bending moment
-        X, rates = np.append(x[:, 0], tip_x[:1], axis=0), np.append(y[:, 1], tip_y[1:2], axis=0)
-        rates = beam.scenario.beam.mass_proportional * _without_swing(beam, X, rates, B[:, 1])
-        y[:, 2] += rates[:-1]
-        tip_y[2] += rates[-1]
+    slowed = beam.slowed(B[:, 1])
+    if slowed is not None:
+        # a load like that of inertia; Kelvin-Voigt damping is part of the bending moment
+        loads = _without_swing(beam, np.append(x[:, 0], tip_x[:1], axis=0), slowed)
+        y[:, 2] += loads[:-1]
+        tip_y[2] += loads[-1]
     _add_masses(points, spins, x, y, sums)
     whole = sums[-1].copy()
     whole[3:] += sections.tip_mass * np.concatenate([tip_x, tip_y, _turning(tip_x, tip_y, *spins)[None]])
     return whole, np.moveaxis(sums[stations.cells // table.order], 1, 0)
 
 
-def _without_swing(beam: Beam, X: Array, rates: Array, Bd: Array) -> Array:
-    """Rates u_y' (points, samples) plus the rotation that leaves beam and hub without a moment about their axis.
+def _without_swing(beam: Beam, X: Array, B: Array) -> Array:
+    """Deflections (points, samples) of B (n, samples), turned until beam and hub have no moment about their axis.
 
-    X (points, samples) are positions along the frame, Bd (n, samples) the rates of B; the last point is the tip.
+    X (points, samples) are the positions of the points of mass along the frame.  A driven root does not turn.
     """
+    deflections = beam.deflections(B)
     if beam.scenario.root.kind == "driven":
-        return rates
+        return deflections
     (arms, masses), hub = beam.masses, beam.hub_inertia
     X = masses[:, None] * X
-    turn = np.einsum("is,is->s", X, rates) + hub * (beam.operators.root_slope @ Bd)
-    return np.asarray(rates - np.outer(arms, turn / (arms @ X + hub)))
+    turn = np.einsum("is,is->s", X, deflections) + hub * (beam.operators.root_slope @ B)
+    return np.asarray(deflections - np.outer(arms, turn / (arms @ X + hub)))
 
 
 def _turning(x: Array, y: Array, spin: Array, spin_rate: Array) -> Array:

@@ -58,7 +58,7 @@ SHAPED = "beam.section={shape='rectangle',width=0.02,height=[[0,0.022],[1.1,0.01
 CASES = {
     "hub": f"{hub(0.5)} {modal()}",
     "hub, full, spring inside": f"{hub(0.2, 0.02)} {SPRING} {INSIDE} contact.damping=0.3 {FULL} {modal(4)} "
-    "beam.mass_proportional=50",
+    "beam.mass_proportional=50 beam.modal_damping_ratio=0.02",
     "hub, zeroth order": f"{hub(0.1, torque=0.8)} {INSIDE} contact.friction=modified-coulomb "
     f"discretization.kinetics=zeroth-order {modal(2)}",
     "driven, full, Routh": f"{driven(0.15)} {TAPER} beam.kelvin_voigt=2e-5 contact.impact=routh "
@@ -384,7 +384,7 @@ def is_free_and_full(name):
 
 @pytest.mark.parametrize("name", list(filter(is_free_and_full, CASES)))
 def test_the_root_turns_the_hub_and_a_pin_carries_no_moment(name):
-    """J_h (theta' + phi'(0)')' = torque + the forces of the root's section + the share of damping by mass."""
+    """J_h (theta' + phi'(0)')' = torque + the forces of the root's section + the share of damping."""
     beam = beam_of(name)
     assert np.abs(beam.drag).max() > 0.0
     force, moment = section_forces(beam)
