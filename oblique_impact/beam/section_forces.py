@@ -244,8 +244,8 @@ def _axial_along(points: _Points, slopes: Array, sums: Array) -> Array:
     weights = points.weights.reshape(-1, 1, order)
     _add_panels(weights, rates, sums[1:, :3])
     inside = weights.sum(axis=2)[:, :, None] * points.inside
-    x = (inside @ panels).reshape(-1, order, 3, samples) + sums[:-1, None, :3]
-    x = x.reshape(count, 3, samples)
+    shortened = (inside @ panels).reshape(-1, order, 3, samples) + sums[:-1, None, :3]
+    x: Array = shortened.reshape(count, 3, samples)
     x[:, 0] += points.arms[:, None]
     return x
 
