@@ -83,9 +83,11 @@ class BeamSection(Section):
         0.0, "Kelvin-Voigt damping: the damping matrix is kelvin_voigt K"
     )
     mass_proportional: Annotated[NonNegative, Unit("1/s")] = key(
-        0.0, "mass-proportional damping: the damping matrix is mass_proportional M1"
+        0.0, "mass-proportional damping: each elastic mode decays at half of it, the swing does not"
     )
-    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(0.0, "damping ratio of each elastic mode")
+    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(
+        0.0, "damping ratio of each elastic mode of the beam on its pin, with its hub, or held"
+    )
     tip_mass: Annotated[NonNegative, Unit("kg")] = key(0.0, "point mass at x = length")
     outer_fibre: Annotated[Size, Unit("m")] = key(
         0.0, "distance of the outer fibre from the axis, for the bending stress; 0: circular sections"
