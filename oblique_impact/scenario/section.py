@@ -78,6 +78,17 @@ class Section(BaseModel):
             value = value[int(part) - 1] if part.isdigit() else getattr(value, part)
         return value
 
+    def given(self, prefix: str = "") -> Iterator[str]:
+        """Yield the keys that were given, "section.key", those of sections within this one too."""
+        for name in type(self).model_fields:
+            if name not in self.model_fields_set:
+                continue
+            value = getattr(self, name)
+            yield from value.given(f"{prefix}{name}.") if isinstance(value, Section) else [f"{prefix}{name}"]
+            for number, item in enumerate(value if isinstance(value, tuple) else (), start=1):
+                if isinstance(item, Section):
+                    yield from item.given(f"{prefix}{name}.{number}.")
+
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """Validate nested sections; raises InputError with one line about the first error."""
