@@ -107,7 +107,7 @@ RULES = (
     ),
     Rule("", "obstacles", lambda s: s.contact.where == "anywhere", _ONLY_ANYWHERE),
     Rule("", "obstacles", lambda s: s.contact.enabled, _FREE),
-    Rule("discretization", "elements nodes grading", lambda s: s.discretization.method != "modal", _MESH),
+    Rule("discretization", "nodes elements grading", lambda s: s.discretization.method != "modal", _MESH),
     Rule(
         "discretization",
         "grading",
@@ -166,25 +166,19 @@ OBSTACLE_RULES = (
 
 
 def without_effect(s: Scenario) -> Iterator[tuple[str, str]]:
-    """Yield each key that is given and not with its default value, but has no effect, with what would give it one.
-
-    Both are judged in the order of the rules, not of a file.
-    """
-    given = {key for key in s.given() if s.value_of(key) != s.default_of(key)}
-    told = set()
-    for key, acts, words in [*_of_sections(s), *_of_obstacles(s)]:
-        if key in given and key not in told and not acts:
-            told.add(key)
-            yield key, f"has no effect: {words}"
+    """Yield each key that is given and not with its default value, but does not act, with what it takes to act."""
+    for key in s.given():
+        if s.value_of(key) != s.default_of(key) and (words := idle(s, key)):
+            yield key, words
 
 
-def _of_sections(s: Scenario) -> Iterator[tuple[str, bool, str]]:
-    for rule in RULES:
-        for key in rule.keys.split():
-            yield f"{rule.section}.{key}".lstrip("."), rule.acts(s), rule.words
-
-
-def _of_obstacles(s: Scenario) -> Iterator[tuple[str, bool, str]]:
-    for number, item in enumerate(s.obstacles, start=1):
-        for rule in OBSTACLE_RULES:
-            yield f"obstacles.{number}.{rule.key}", rule.acts(s, item), rule.words
+def idle(s: Scenario, name: str) -> str:
+    """Return why a key "section.key" has no effect in a scenario, and what it would act with; "" if it acts."""
+    section, _, key = name.rpartition(".")
+    if section.startswith("obstacles."):
+        item = s.value_of(section)
+        words = (rule.words for rule in OBSTACLE_RULES if rule.key == key and not rule.acts(s, item))
+    else:
+        of = (rule for rule in RULES if rule.section == section and key in rule.keys.split())
+        words = (rule.words for rule in of if not rule.acts(s))
+    return next((f"has no effect: {found}" for found in words), "")

@@ -117,7 +117,7 @@ class Scenario(Section):
     @classmethod
     def _contact_of_beam(cls, contact: ContactSection, info: ValidationInfo) -> ContactSection:
         known = {"beam", "discretization"} <= info.data.keys()
-        return contact.with_defaults(**_contact_defaults(**info.data)) if known else contact
+        return contact.with_defaults(**_contact_defaults(contact.where, **info.data)) if known else contact
 
     @field_validator("obstacles")
     @classmethod
@@ -181,8 +181,8 @@ class Scenario(Section):
     def default_of(self, name: str) -> Any:
         """Return the value that "section.key" has in this scenario where it is not given."""
         section, _, inner = name.rpartition(".")
-        if section == "contact" and inner in (followed := _contact_defaults(self.beam, self.discretization)):
-            return followed[inner]
+        if section == "contact" and inner in ("point", "grid"):
+            return _contact_defaults(self.contact.where, self.beam, self.discretization)[inner]
         if section.startswith("obstacles.") and inner == "stiffness":
             return self.contact.stiffness
         return type(self.value_of(section) if section else self).model_fields[inner].default
@@ -383,6 +383,14 @@ class Scenario(Section):
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
+    def adapted(self, **values: Any) -> Scenario:
+        """Return a copy with changed keys as `replace` does; other keys that have no effect then are left out."""
+        data = self.model_dump(mode="json", exclude_unset=True)
+        for name, value in values.items():
+            set_key(data, name.split("__"), value, name)
+        _drop_without_effect(data, [name.replace("__", ".") for name in values])
+        return Scenario.from_dict(data)
+
     def to_toml(self) -> str:
         """Return the fully resolved scenario file, a comment above each key with its meaning, unit and range.
 
@@ -418,10 +426,10 @@ def _sections() -> dict[str, type[Section]]:
 
 
 def _contact_defaults(
-    beam: BeamSection, discretization: DiscretizationSection, **_: object
+    where: str, beam: BeamSection, discretization: DiscretizationSection, **_: object
 ) -> dict[str, float | int]:
-    """Return the values of the keys of contact that follow those of beam and discretization."""
-    return {"point": beam.length, "grid": discretization.contact_parts}
+    """Return the values of the keys of contact that follow others: those at the tip, and all along the beam."""
+    return {"point": beam.length, "grid": discretization.contact_parts if where == "anywhere" else 1}
 
 
 def _drop_derived(data: dict[str, Any]) -> None:
@@ -440,7 +448,7 @@ def _drop_derived(data: dict[str, Any]) -> None:
 
 
 def _drop_without_effect(data: dict[str, Any], kept: Sequence[str]) -> None:
-    """Remove the keys of a resolved file, which holds every key, that have no effect, but those that are `kept`.
+    """Remove keys without effect, but those that are `kept`: a resolved file holds every key.
 
     Raises InputError.
     """

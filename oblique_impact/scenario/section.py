@@ -32,6 +32,8 @@ class Section(BaseModel):
 
     #: number, in errors, of the first item of a list in this section
     first_item: ClassVar[int] = 0
+    #: keys that follow those of other sections where they are not given
+    followers: ClassVar[frozenset[str]] = frozenset()
 
     if not TYPE_CHECKING:  # type checkers know the keys as arguments
 
@@ -49,11 +51,12 @@ class Section(BaseModel):
             cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in keys.items()])
 
         def __repr__(self) -> str:
-            """Return the call that makes it, with the keys that were given and differ from their defaults."""
+            """Return the call that makes it, with the keys that were given and differ from their defaults or follow others."""
             given = {
                 name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set
             }
-            told = (f"{k}={v!r}" for k, v in given.items() if v != type(self).model_fields[k].default)
+            known = {k: field.default for k, field in type(self).model_fields.items() if k not in self.followers}
+            told = (f"{k}={v!r}" for k, v in given.items() if k not in known or v != known[k])
             return f"{type(self).__name__}({', '.join(told)})"
 
         __str__ = __repr__

@@ -228,6 +228,8 @@ class SlopeSection(Section):
 class ObstacleSection(Section):
     """An obstacle besides the slope: a straight side, with or without ends, or a point; any number of them."""
 
+    followers = frozenset({"stiffness"})
+
     kind: Literal["side", "point"] = key(
         "side", "a straight side, solid on its right as the slope is, or a point (a corner or a peg)"
     )
@@ -253,6 +255,8 @@ class ObstacleSection(Section):
 
 class ContactSection(Section):
     """The contact between the beam and the slope, at the beam's point `point`, or with all obstacles anywhere."""
+
+    followers = frozenset({"point", "grid"})
 
     enabled: bool = key(True, "whether slope and obstacles are touched; false: free motion")
     where: Literal["point", "anywhere"] = key(
