@@ -34,7 +34,6 @@ _FREE = "contact.enabled = false is free motion; leave this key out"
 _ONLY_ANYWHERE = 'only with contact.where = "anywhere"'
 _MESH = 'the modal method has no mesh; only with discretization.method = "fem" or "absolute"'
 _MODES = "only for a beam in modes: discretization.modes >= 1"
-_STICK = 'only contact that sticks drifts along a stop; only with contact.friction = "hybrid"'
 
 #: of several rules about a key the first that does not hold is said
 RULES = (
@@ -148,8 +147,8 @@ RULES = (
     Rule(
         "solver",
         "baumgarte baumgarte_form",
-        lambda s: s.contact.friction == "hybrid" or (s.contact.normal, s.contact.point_inertia) == ("rigid", "kept"),
-        _STICK,
+        lambda s: s.holds_constraints,
+        "an elastic contact has no constraint; only on a rigid stop, or where hybrid friction sticks",
     ),
     Rule("solver", "stick", lambda s: s.solver.scheme == "fixed-step", 'only with solver.scheme = "fixed-step"'),
     Rule("solver", "stick", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'),

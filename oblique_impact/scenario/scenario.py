@@ -185,6 +185,8 @@ class Scenario(Section):
             return _contact_defaults(self.contact.where, self.beam, self.discretization)[inner]
         if section.startswith("obstacles.") and inner == "stiffness":
             return self.contact.stiffness
+        if name == "discretization.elements" and self.discretization.nodes:
+            return len(self.discretization.nodes) - 1
         return type(self.value_of(section) if section else self).model_fields[inner].default
 
     # --- derived quantities
@@ -293,11 +295,27 @@ class Scenario(Section):
         return (inner, outer) if math.cos(self.initial.angle - side.angle) > 0.0 else (outer, inner)
 
     @property
+    def taken_defaults(self) -> list[str]:
+        """Lines about keys that were not given although results depend on them: `contact.grid`, where sides are met."""
+        grid, is_given = self.contact.grid, "grid" in self.contact.model_fields_set
+        if is_given or not (self.contact.enabled and self.contact.where == "anywhere" and self.sides):
+            return []
+        words = f"sides touch the beam at the ends of {grid} equal parts; 1: at its free end alone"
+        return [f"contact.grid = {grid} is not given: {words}"]
+
+    @property
     def takes_contact_stiffness(self) -> bool:
         """Whether the slope or an obstacle without a stiffness or a bedding of its own can be touched."""
         if self.contact.where == "point" or self.slope.enabled:
             return True
         return any(not item.bedding and "stiffness" not in item.model_fields_set for item in self.obstacles)
+
+    @property
+    def holds_constraints(self) -> bool:
+        """Whether a contact is held without any flexibility, across its stop or, where it sticks, along it."""
+        c = self.contact
+        sticks = c.friction == "hybrid" and not c.axial_flexibility
+        return sticks or (c.normal == "rigid" and c.point_inertia == "kept")
 
     @property
     def fixed_places(self) -> set[float]:
