@@ -346,11 +346,13 @@ class Scenario(Section):
         overrides: list[str] | None = None,
         name: str = "scenario file",
         folder: Path | None = None,
+        is_own: bool = True,
     ) -> Scenario:
         """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its errors.
 
         A file that the text names is read if the `folder` is given that its path begins in; those that `overrides`
-        name begin in the present one.
+        name begin in the present one.  Keys without effect are refused, but those of a resolved file, which holds
+        every key, and of a text that is not the user's own are left out: there `overrides` alone say what is meant.
         """
         data = parse_toml(text, name)
         resolved = DERIVED in data
@@ -359,7 +361,7 @@ class Scenario(Section):
         try:
             if folder is not None:
                 take_mesh(data, Path() if "discretization.mesh" in changed else folder)
-            if resolved:
+            if resolved or not is_own:
                 _drop_without_effect(data, changed)
             return cls.from_dict(data)
         except InputError as error:
@@ -372,7 +374,7 @@ class Scenario(Section):
         if name not in builtin_names():
             known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
             raise refused("scenario", name, f"built-in scenarios are {known}")
-        return cls.from_toml(builtin_text(name), overrides, name="", folder=Path())
+        return cls.from_toml(builtin_text(name), overrides, name="", folder=Path(), is_own=False)
 
     @classmethod
     def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:

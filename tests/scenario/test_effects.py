@@ -121,13 +121,13 @@ ACTS = {
     "contact.mu_static": ("spring", "1.75"),
     "contact.mu_kinetic": ("coulomb", "1"),
     "contact.regularization": ("coulomb", "[0.01,2]"),
-    "obstacles": ("anywhere", f"[{PEG}]"),
-    "obstacles.1.kind": ("pegs", "side obstacles.1.radius=0 obstacles.1.origin=[0.6,0.2] obstacles.1.angle=0.3"),
+    "obstacles": ("anywhere", f"[{TABLE}]"),
+    "obstacles.1.kind": ("pegs", "side obstacles.1.radius=0 obstacles.1.origin=[0.6,0.1] obstacles.1.angle=0.3"),
     "obstacles.1.origin": ("anywhere", "[0.6,0.291]"),
     "obstacles.2.angle": ("anywhere", "0.4712"),
     "obstacles.2.extent": ("anywhere", "[0,0.7]"),
     "obstacles.1.radius": ("anywhere", "0.006"),
-    "obstacles.1.stiffness": ("anywhere", "2e6"),
+    "obstacles.2.stiffness": ("anywhere", "2e6"),
     "obstacles.2.bedding": ("anywhere", "1e5"),
     "discretization.method": ("smooth", "fem"),
     "discretization.frame": ("exact", "mean-axis"),
@@ -138,7 +138,7 @@ ACTS = {
     "discretization.grading": ("fem", "2"),
     "solver.scheme": ("smooth", "fixed-step"),
     "solver.tolerance": ("smooth", "1e-6"),
-    "solver.free_step": ("alpha", "2e-5"),
+    "solver.free_step": ("fixed-step", "2e-5"),
     "solver.contact_step": ("alpha", "5e-6"),
     "solver.rho_infinity": ("alpha", "0.5"),
     "solver.baumgarte": ("rigid", "[20,500]"),
@@ -185,7 +185,6 @@ IDLE = [
     ("pegs", "obstacles.1.angle", "0.1"),
     ("pegs", "obstacles.1.extent", "[0,1]"),
     ("pegs", "obstacles.1.bedding", "1e5"),
-    ("rigid table", "obstacles.1.bedding", "1e5"),
     ("bed", "obstacles.1.stiffness", "1e5"),
     ("bed", "obstacles.1.radius", "0.1"),
     ("smooth", "discretization.elements", "8"),
@@ -203,11 +202,12 @@ IDLE = [
     ("alpha", "solver.stick", "force"),
     ("smooth", "solver.stick", "force"),
 ]
-#: the same, where the history tells more about what is not touched: the clearance of obstacles, the contact point's
-#: own motion
+#: the same, where the history tells more about what is not touched: the clearance of obstacles, also of the
+#: corners that a side with a bedding has not, and the contact point's own motion
 IDLE_IN_CONTACT = [
     ("smooth", "obstacles", f"[{PEG}]"),
     ("anywhere", "contact.point", "0.9"),
+    ("rigid table", "obstacles.1.bedding", "1e5"),
 ]
 
 

@@ -77,7 +77,7 @@ def _elements(scenario: Scenario, level: float) -> Scenario:
     is_given = "grid" in scenario.contact.model_fields_set
     if is_given and 1 < scenario.contact.grid == scenario.discretization.elements:
         changed["contact__grid"] = int(level)  # a place of contact on each node
-    return scenario.replace(**changed)
+    return scenario.adapted(**changed)
 
 
 def _nodes_alone(scenario: Scenario, level: float) -> Scenario:
