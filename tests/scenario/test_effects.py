@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.scenario import effects
+from oblique_impact.scenario import effects, sections
 from oblique_impact.scenario.comments import item_models, schemas_of
+from oblique_impact.scenario.scenario import builtin_names, builtin_text
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.toml import apply_change
+from oblique_impact.validation.studies.design import load_plan
+from oblique_impact.validation.studies.fitting.search import parameters_of
 from tests.refusals import refused_in_one_line
 
 # a beam a little above a steep slope, or above pegs and tables, which it touches at once
@@ -22,7 +25,7 @@ SPRING = "contact.normal=spring"
 STEPS = "solver.free_step=1e-5 solver.contact_step=1e-5"
 FEM = "discretization.method=fem discretization.elements=8"
 DRIVEN = "root.kind=driven initial.angular_velocity=0"
-PEG = "{kind='point',origin=[0.6,0.29],radius=0.005}"
+PEG = "{kind='point',origin=[0.6,0.3002],radius=0.005}"
 TABLE = "{origin=[0.0,-0.001],angle=0.471,extent=[0.0,0.8]}"
 ANYWHERE = f"contact.where=anywhere contact.grid=4 slope.enabled=false contact.friction=frictionless {SPRING}"
 
@@ -123,11 +126,11 @@ ACTS = {
     "contact.regularization": ("coulomb", "[0.01,2]"),
     "obstacles": ("anywhere", f"[{TABLE}]"),
     "obstacles.1.kind": ("pegs", "side obstacles.1.radius=0 obstacles.1.origin=[0.6,0.1] obstacles.1.angle=0.3"),
-    "obstacles.1.origin": ("anywhere", "[0.6,0.291]"),
+    "obstacles.1.origin": ("anywhere", "[0.6,0.3003]"),
     "obstacles.2.angle": ("anywhere", "0.4712"),
     "obstacles.2.extent": ("anywhere", "[0,0.7]"),
-    "obstacles.1.radius": ("anywhere", "0.006"),
-    "obstacles.2.stiffness": ("anywhere", "2e6"),
+    "obstacles.1.radius": ("anywhere", "0.0051"),
+    "obstacles.1.stiffness": ("anywhere", "2e6"),
     "obstacles.2.bedding": ("anywhere", "1e5"),
     "discretization.method": ("smooth", "fem"),
     "discretization.frame": ("exact", "mean-axis"),
@@ -262,3 +265,94 @@ def test_a_key_that_is_refused_would_change_no_number(case, key, value, of_case,
     monkeypatch.setattr(effects, "without_effect", lambda scenario: ())
     if (case, key, value) in IDLE:
         assert numbers(Scenario.from_dict(data)) == of_case(case)
+
+
+# --- files that hold every key, cases, studies
+
+
+def resolved(*changes: str) -> str:
+    return Scenario.from_toml("", list(changes)).to_toml()
+
+
+def test_a_resolved_file_of_before_loads_and_a_change_of_it_has_to_act():
+    """It gives each obstacle a stiffness of 1e6 N/m, and a grid of 1, whether they act or not."""
+    text = resolved("contact.where=anywhere", "slope.enabled=false", f"obstacles=[{PEG}]")
+    text = text.replace('"contact.grid" = 16\n', "").replace('"obstacles.1.stiffness" = 1000000.0\n', "")
+    old = text.replace("\ngrid = 16\n", "\ngrid = 1\n").replace("\nstiffness = 1000000.0\n", "\nstiffness = 2e6\n", 1)
+    found = Scenario.from_toml(old)
+    assert (found.contact.stiffness, found.obstacles[0].stiffness) == (1e6, 1e6)
+    assert not {"contact.stiffness", "contact.grid"} & set(found.given())
+    # where they act they have the values of the file
+    sprung = Scenario.from_toml(old, [SPRING, "slope.enabled=true", "initial.angle=1"])
+    assert (sprung.contact.stiffness, sprung.contact.grid, sprung.obstacles[0].stiffness) == (2e6, 1, 1e6)
+    with refused_in_one_line(start="contact.stiffness = 300000.0: has no effect: "):
+        Scenario.from_toml(old, ["contact.stiffness=3e5"])
+
+
+def test_what_follows_another_key_follows_it_from_a_resolved_file_too():
+    text = resolved("contact.where=anywhere", SPRING, "contact.stiffness=1e5", "obstacles=[{origin=[0,-1]}]")
+    again = Scenario.from_toml(text, ["contact.stiffness=2e5", FEM.split()[0], "discretization.modes=0"])
+    assert (again.obstacles[0].stiffness, again.contact.grid) == (2e5, 32)
+
+
+def test_a_case_gives_no_key_without_effect_and_leaves_out_what_loses_it():
+    for name in builtin_names():
+        assert Scenario.from_toml(builtin_text(name)) == Scenario.builtin(name)
+    free = Scenario.builtin("shaken", ["base.acceleration=0", "contact.enabled=false"])
+    assert not {"base.frequency", "contact.stiffness"} & set(free.given())
+    with refused_in_one_line(start="base.frequency = 5.0: has no effect: "):
+        Scenario.builtin("shaken", ["base.acceleration=0", "base.frequency=5"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "grid"),
+    [("", 16), (FEM, 16), (f"{FEM} discretization.modes=0 {SPRING}", 8), ("discretization.method=absolute", 32)],
+)
+def test_the_grid_follows_the_mesh_and_is_said_at_once(changes, grid):
+    free = "" if SPRING in changes or "absolute" not in changes else SPRING
+    given = Scenario.from_toml("", [*changes.split(), *free.split(), "contact.where=anywhere"])
+    assert given.contact.grid == grid == len(given.beam_points)
+    (line,) = given.taken_defaults
+    assert line.startswith(f"contact.grid = {grid} is not given: ")
+    assert given.replace(contact__grid=1).taken_defaults == []
+    assert eval(repr(given), vars(sections) | {"Scenario": Scenario}) == given
+
+
+def test_a_run_says_which_grid_it_takes(tmp_path, cli):
+    keys = ["--set", "contact.where=anywhere", "--set", "end_time=1e-3", "--out", tmp_path / "out"]
+    assert "note: contact.grid = 16 is not given" in cli("run", "paper", *keys)[2]
+    assert "note:" not in cli("run", "paper", *keys, "--set", "contact.grid=1")[2]
+
+
+SWEEP = """
+scenario = "paper"
+quantities = ["impulse"]
+[[axes]]
+key = "contact.stiffness"
+values = [1e6, 2e6]
+"""
+
+
+def test_studies_over_a_key_without_effect_are_refused_at_once(tmp_path):
+    (tmp_path / "sweep.toml").write_text(SWEEP)
+    with refused_in_one_line("sweep.toml: contact.stiffness = 1000000.0: has no effect: a rigid stop has none"):
+        load_plan(tmp_path / "sweep.toml")
+    with refused_in_one_line("has no effect: a rigid stop has none", start="--vary contact.stiffness = 1000000.0: "):
+        parameters_of(["contact.stiffness"], Scenario())
+    mixed = SWEEP + "[[axes]]\nkey = 'contact.normal'\nvalues = ['rigid', 'spring']\n"
+    (tmp_path / "sweep.toml").write_text(mixed)
+    assert len(load_plan(tmp_path / "sweep.toml").impossible) == 1
+
+
+def test_obstacles_push_with_the_stiffness_of_contact():
+    """Their force over their depth is it, on pegs and on a side."""
+    soft = Scenario.from_dict(data_of("anywhere", "contact.stiffness=1e5 end_time=0.012"))
+    history = simulate(soft)
+    depth, force = -history["contact_gap"].values, history["contact_lambda_n"].values
+    closed = force > 0.0
+    assert {int(k) for k in history["contact_obstacle"].values[closed.any(axis=0)]} == {1, 2}
+    np.testing.assert_allclose(force[closed], 1e5 * depth[closed], rtol=1e-9)
+    own = simulate(soft.replace(obstacles__1__stiffness=3e5))
+    push = own["contact_lambda_n"].values[:, own["contact_obstacle"].values == 1]
+    into = -own["contact_gap"].values[:, own["contact_obstacle"].values == 1]
+    np.testing.assert_allclose(push[push > 0.0], 3e5 * into[push > 0.0], rtol=1e-9)
