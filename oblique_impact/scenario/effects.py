@@ -39,11 +39,16 @@ _MODES = "only for a beam in modes: discretization.modes >= 1"
 RULES = (
     Rule("root", "inertia torque", lambda s: s.root.kind == "hub", 'only with root.kind = "hub"'),
     Rule(
-        "root", "profile spin_rate spin_up_time", lambda s: s.root.kind == "driven", 'only with root.kind = "driven"'
+        "root",
+        "profile spin_rate spin_up_time",
+        lambda s: s.root.kind == "driven",
+        'only with root.kind = "driven"',
     ),
     Rule("root", "spin_rate", lambda s: s.root.profile != "hold", 'root.profile = "hold" does not turn'),
     Rule("root", "spin_up_time", lambda s: s.root.profile == "spin-up", 'only with root.profile = "spin-up"'),
-    Rule("initial", "angular_velocity", lambda s: s.root.kind != "driven", "a driven root prescribes its own speed"),
+    Rule(
+        "initial", "angular_velocity", lambda s: s.root.kind != "driven", "a driven root prescribes its own speed"
+    ),
     Rule("base", "frequency sweep_rate", lambda s: s.base.acceleration != 0.0, "only with base.acceleration"),
     Rule("base", "direction", lambda s: s.base.is_shaken, "only with base.acceleration or base.table"),
     Rule("slope", "enabled extent", lambda s: s.contact.enabled, _FREE),
@@ -56,7 +61,12 @@ RULES = (
         _FREE,
     ),
     Rule("contact", "grid", lambda s: s.contact.where == "anywhere", _ONLY_ANYWHERE),
-    Rule("contact", "grid", lambda s: bool(s.sides), "there is no side; pegs and corners touch the beam at any place"),
+    Rule(
+        "contact",
+        "grid",
+        lambda s: bool(s.sides),
+        "there is no side; pegs and corners touch the beam at any place",
+    ),
     Rule(
         "contact",
         "point",
@@ -70,7 +80,9 @@ RULES = (
         lambda s: s.takes_contact_stiffness,
         "each obstacle has a stiffness or a bedding of its own",
     ),
-    Rule("contact", "restitution", lambda s: s.contact.normal == "rigid", f"{_RIGID} (a spring has contact.damping)"),
+    Rule(
+        "contact", "restitution", lambda s: s.contact.normal == "rigid", f"{_RIGID} (a spring has contact.damping)"
+    ),
     Rule("contact", "impact point_inertia", lambda s: s.contact.normal == "rigid", _RIGID),
     Rule(
         "contact",
@@ -91,7 +103,9 @@ RULES = (
         lambda s: s.discretization.kinetics != "zeroth-order",
         'discretization.kinetics = "zeroth-order" knows no foreshortening',
     ),
-    Rule("contact", "mu_static", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'),
+    Rule(
+        "contact", "mu_static", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'
+    ),
     Rule(
         "contact",
         "mu_kinetic",
@@ -159,7 +173,9 @@ OBSTACLE_RULES = (
     ObstacleRule("bedding", lambda s, o: o.kind == "side", 'only with kind = "side"'),
     ObstacleRule("radius", lambda s, o: o.kind == "point", 'only with kind = "point"'),
     ObstacleRule("stiffness", lambda s, o: s.contact.normal == "spring", _SPRING),
-    ObstacleRule("stiffness", lambda s, o: o.bedding == 0.0, "bedding stands in its place; leave one of the two out"),
+    ObstacleRule(
+        "stiffness", lambda s, o: o.bedding == 0.0, "bedding stands in its place; leave one of the two out"
+    ),
     ObstacleRule("bedding", lambda s, o: s.contact.normal == "spring", _SPRING),
 )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os.path
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator
 from contextvars import ContextVar
 from importlib import resources
 from pathlib import Path
@@ -296,7 +296,7 @@ class Scenario(Section):
 
     @property
     def taken_defaults(self) -> list[str]:
-        """Lines about keys that were not given although results depend on them: `contact.grid`, where sides are met."""
+        """Lines about keys that were not given although results depend on them: `contact.grid`."""
         grid, is_given = self.contact.grid, "grid" in self.contact.model_fields_set
         if is_given or not (self.contact.enabled and self.contact.where == "anywhere" and self.sides):
             return []
@@ -352,7 +352,7 @@ class Scenario(Section):
 
         A file that the text names is read if the `folder` is given that its path begins in; those that `overrides`
         name begin in the present one.  Keys without effect are refused, but those of a resolved file, which holds
-        every key, and of a text that is not the user's own are left out: there `overrides` alone say what is meant.
+        every key, and of a text that is not the user's own are left out: there `overrides` alone are meant.
         """
         data = parse_toml(text, name)
         resolved = DERIVED in data
@@ -403,12 +403,16 @@ class Scenario(Section):
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
-    def adapted(self, **values: Any) -> Scenario:
-        """Return a copy with changed keys as `replace` does; other keys that have no effect then are left out."""
+    def adapted(self, required: Collection[str] | None = None, /, **values: Any) -> Scenario:
+        """Return a copy with changed keys as of `replace`, from which keys that have no effect then are left out.
+
+        Those that are `required` ("section.key") have to act; by default all that are changed.
+        """
         data = self.model_dump(mode="json", exclude_unset=True)
         for name, value in values.items():
             set_key(data, name.split("__"), value, name)
-        _drop_without_effect(data, [name.replace("__", ".") for name in values])
+        changed = [name.replace("__", ".") for name in values]
+        _drop_without_effect(data, changed if required is None else required)
         return Scenario.from_dict(data)
 
     def to_toml(self) -> str:
@@ -467,7 +471,7 @@ def _drop_derived(data: dict[str, Any]) -> None:
             drop_key(data, name)
 
 
-def _drop_without_effect(data: dict[str, Any], kept: Sequence[str]) -> None:
+def _drop_without_effect(data: dict[str, Any], kept: Collection[str]) -> None:
     """Remove keys without effect, but those that are `kept`: a resolved file holds every key.
 
     Raises InputError.

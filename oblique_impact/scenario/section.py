@@ -51,11 +51,12 @@ class Section(BaseModel):
             cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in keys.items()])
 
         def __repr__(self) -> str:
-            """Return the call that makes it, with the keys that were given and differ from their defaults or follow others."""
+            """Return the call that makes it, with the keys that were given: those not with a fixed default value."""
             given = {
                 name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set
             }
-            known = {k: field.default for k, field in type(self).model_fields.items() if k not in self.followers}
+            fields = type(self).model_fields
+            known = {k: fields[k].default for k in fields if k not in self.followers}
             told = (f"{k}={v!r}" for k, v in given.items() if k not in known or v != known[k])
             return f"{type(self).__name__}({', '.join(told)})"
 

@@ -124,7 +124,14 @@ def test_a_spring_of_an_obstacle_is_judged_at_its_own_place_and_stiffness():
     """A peg of 1e6 N/m at 0.08 m of the strip; `contact.stiffness` is that of pegs without a stiffness."""
     peg = "obstacles=[{kind='point', origin=[0.08, 0.0], stiffness=1e6}]"
     onto = [key for key in STRIP if not key.startswith("slope.")]
-    onto += [MEAN_AXIS, "slope.enabled=false", "contact.where=anywhere", peg, "end_time=0.1", "initial.angle=20 deg"]
+    onto += [
+        MEAN_AXIS,
+        "slope.enabled=false",
+        "contact.where=anywhere",
+        peg,
+        "end_time=0.1",
+        "initial.angle=20 deg",
+    ]
     few = simulate(Scenario.builtin("paper", [*onto, "discretization.modes=8"]))
     (line,) = (words for words in few.summary["warnings"] if "leave out" in words)
     assert line.startswith("obstacles.1.stiffness: ")

@@ -160,7 +160,11 @@ REFUSED = [
         "an end of the slope lies on the beam's axis",
     ),
     ("obstacles.1.radius", f"{ANYWHERE} obstacles=[{{radius=0.1}}]", 'only with kind = "point"'),
-    ("obstacles.1.angle", f"{ANYWHERE} obstacles=[{{kind='point',origin=[0.5,0.1],angle=0.1}}]", 'only with kind = "side"'),
+    (
+        "obstacles.1.angle",
+        f"{ANYWHERE} obstacles=[{{kind='point',origin=[0.5,0.1],angle=0.1}}]",
+        'only with kind = "side"',
+    ),
     ("obstacles.1.extent", f"{ANYWHERE} obstacles=[{{extent=[1,0]}}]", "first less than last"),
     ("obstacles.2.radius", f"{ANYWHERE} obstacles=[{{}},{{radius=-1}}]", "greater than or equal to 0"),
     ("obstacles.1.radus", f"{ANYWHERE} obstacles=[{{radus=1}}]", "did you mean radius?"),
@@ -170,7 +174,11 @@ REFUSED = [
         "0.01 m from the beam's axis",
     ),
     ("obstacles.1.origin", f"{ALONE} obstacles=[{{kind='point',origin=[0.5,0]}}]", "lies on the beam's axis"),
-    ("obstacles.1.origin", f"{ALONE} obstacles=[{{origin=[0,0.01]}}] contact.grid=1", "at 1 m starts 0.01 m below obstacle 1"),
+    (
+        "obstacles.1.origin",
+        f"{ALONE} obstacles=[{{origin=[0,0.01]}}] contact.grid=1",
+        "at 1 m starts 0.01 m below obstacle 1",
+    ),
     ("obstacles.1.origin", f"{ALONE} obstacles=[{{extent=[0.5,2]}}]", "an end of obstacle 1 lies on"),
     (
         "obstacles.1.origin",

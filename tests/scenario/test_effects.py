@@ -52,7 +52,7 @@ CASES = {
     "pegs": f"{FALL} contact.where=anywhere slope.enabled=false {SMOOTH} obstacles=[{PEG}]",
     "anywhere": f"{FALL} {ANYWHERE} obstacles=[{PEG},{TABLE}]",
     "bed": f"{FALL} {ANYWHERE} obstacles=[{{bedding=1e5,{TABLE[1:]}]",
-    "rigid table": f"{FALL} contact.where=anywhere contact.grid=2 slope.enabled=false {SMOOTH} obstacles=[{TABLE}]",
+    "table": f"{FALL} obstacles=[{TABLE}] contact.where=anywhere contact.grid=2 slope.enabled=false {SMOOTH}",
     "time-stepping": f"{START} contact.where=anywhere contact.grid=4 solver.scheme=time-stepping {STEPS}",
     "exact": f"{START} {SMOOTH} {SPRING} discretization.method=absolute discretization.elements=4 "
     "solver.free_step=1e-4 solver.contact_step=1e-4",
@@ -210,7 +210,7 @@ IDLE = [
 IDLE_IN_CONTACT = [
     ("smooth", "obstacles", f"[{PEG}]"),
     ("anywhere", "contact.point", "0.9"),
-    ("rigid table", "obstacles.1.bedding", "1e5"),
+    ("table", "obstacles.1.bedding", "1e5"),
 ]
 
 
@@ -278,7 +278,9 @@ def test_a_resolved_file_of_before_loads_and_a_change_of_it_has_to_act():
     """It gives each obstacle a stiffness of 1e6 N/m, and a grid of 1, whether they act or not."""
     text = resolved("contact.where=anywhere", "slope.enabled=false", f"obstacles=[{PEG}]")
     text = text.replace('"contact.grid" = 16\n', "").replace('"obstacles.1.stiffness" = 1000000.0\n', "")
-    old = text.replace("\ngrid = 16\n", "\ngrid = 1\n").replace("\nstiffness = 1000000.0\n", "\nstiffness = 2e6\n", 1)
+    old = text.replace("\ngrid = 16\n", "\ngrid = 1\n").replace(
+        "\nstiffness = 1000000.0\n", "\nstiffness = 2e6\n", 1
+    )
     found = Scenario.from_toml(old)
     assert (found.contact.stiffness, found.obstacles[0].stiffness) == (1e6, 1e6)
     assert not {"contact.stiffness", "contact.grid"} & set(found.given())
@@ -337,7 +339,9 @@ def test_studies_over_a_key_without_effect_are_refused_at_once(tmp_path):
     (tmp_path / "sweep.toml").write_text(SWEEP)
     with refused_in_one_line("sweep.toml: contact.stiffness = 1000000.0: has no effect: a rigid stop has none"):
         load_plan(tmp_path / "sweep.toml")
-    with refused_in_one_line("has no effect: a rigid stop has none", start="--vary contact.stiffness = 1000000.0: "):
+    with refused_in_one_line(
+        "has no effect: a rigid stop has none", start="--vary contact.stiffness = 1000000.0: "
+    ):
         parameters_of(["contact.stiffness"], Scenario())
     mixed = SWEEP + "[[axes]]\nkey = 'contact.normal'\nvalues = ['rigid', 'spring']\n"
     (tmp_path / "sweep.toml").write_text(mixed)

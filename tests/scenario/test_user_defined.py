@@ -249,7 +249,11 @@ REFUSED = {
     "rigid stop": ({"contact_law": Linear()}, {}, 'contact_law: only with contact.normal = "spring"'),
     "no impacts": ({"impact_law": Newton()}, SPRING, 'impact_law: only with contact.normal = "rigid"'),
     "pin": ({"base_motion": SpinUp()}, {}, 'base_motion: only with root.kind = "driven" (it is "pin")'),
-    "two motions": ({"base_motion": SpinUp()}, {**TURNED, "root__profile": "constant-speed", "root__spin_rate": 1.0}, "root.spin_rate = 0"),
+    "two motions": (
+        {"base_motion": SpinUp()},
+        {**TURNED, "root__profile": "constant-speed", "root__spin_rate": 1.0},
+        "root.spin_rate = 0",
+    ),
     "nodal": ({"scheme": STEPS}, NODAL, "scheme: only with discretization.modes >= 1"),
     "scheme of several": ({"scheme": STEPS}, ANYWHERE, 'scheme: only with contact.where = "point"'),
     "impacts of several": ({"impact_law": Newton()}, ANYWHERE, 'impact_law: only with contact.where = "point"'),

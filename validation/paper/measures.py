@@ -91,7 +91,7 @@ def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, *
 
 
 def _marched(case: Scenario, scheme: str, model: str) -> Scenario:
-    """Return a case by a scheme and a law; fixed steps judge stick as it is printed (Sec. 5.3), by the force alone."""
+    """Return a case by a scheme and a law; fixed steps judge stick as printed (Sec. 5.3), by the force alone."""
     stick = {"solver__stick": "force"} if (scheme, model) == ("fixed-step", "hybrid") else {}
     return case.adapted(contact__friction=model, solver__scheme=scheme, **stick)
 

@@ -329,7 +329,7 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         values = {key: value for direction, value in row for key in direction.names}
         changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
-            found = base.adapted(**changed)
+            found = base.adapted(values, **changed)
             if file.periodic:
                 require_periodic(found)
         except InputError as error:
