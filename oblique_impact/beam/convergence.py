@@ -234,7 +234,7 @@ def modes_for_stop(s: Scenario, stiffness: float, least: int = 2, place: float |
     d, place = s.discretization, s.contact.point if place is None else place
     # the higher half of the modes of a mesh is inaccurate
     for count in range(max(least, 1), 1 + min(MAX_MODES, d.elements if d.method == "fem" else MAX_MODES)):
-        other = s.replace(discretization__modes=count, discretization__frame=frame_for_many_modes(s))
+        other = s.adapted(discretization__modes=count, discretization__frame=frame_for_many_modes(s))
         if stiffness * Beam(other, build_operators(other)).residual_compliance_at(place) <= _LEFT_OUT:
             return count
     return None

@@ -63,7 +63,8 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     values = {key: value for key, (value, _) in wanted.items()}
     if "discretization.modes" not in kept:  # with many elements: the higher half of their modes is inaccurate
         values["discretization.modes"] = _LEAST
-        values["discretization.elements"] = max(MAX_MODES, scenario.discretization.elements)
+        if values.get("discretization.method", scenario.discretization.method) == "fem":
+            values["discretization.elements"] = max(MAX_MODES, scenario.discretization.elements)
     found = _with(scenario, values)
     if "discretization.modes" not in kept:
         count, why = _LEAST, "few are enough"
@@ -82,7 +83,7 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
 
 
 def _with(scenario: Scenario, values: dict[str, Any]) -> Scenario:
-    return scenario.replace(**{key.replace(".", "__"): value for key, value in values.items()})
+    return scenario.adapted(**{key.replace(".", "__"): value for key, value in values.items()})
 
 
 _FRAMES = {

@@ -76,8 +76,8 @@ def test_texts_in_pairs_and_in_tables_over_x():
     scenario = Scenario.from_dict(
         {
             "slope": {"origin": ["300 mm", 0]},
-            "contact": {"regularization": ("1 mm/s", "2 cm/s")},
-            "solver": {"baumgarte": ["10 1/s", "1 1/ms"]},
+            "contact": {"friction": "modified-coulomb", "regularization": ("1 mm/s", "2 cm/s")},
+            "solver": {"baumgarte": ["20 1/s", "1 1/ms"]},
             "beam": {"tip_mass": "50 g", "area": [["0 mm", "3 cm^2"], [0.5, 2e-4], ["1000 mm", "100 mm^2"]]},
             "discretization": {"method": "fem"},
         }
@@ -85,7 +85,7 @@ def test_texts_in_pairs_and_in_tables_over_x():
     assert scenario.beam.tip_mass == 0.05
     assert scenario.slope.origin == (0.3, 0.0)
     assert scenario.contact.regularization == (1e-3, 2e-2)
-    assert scenario.solver.baumgarte == (10.0, 1000.0)
+    assert scenario.solver.baumgarte == (20.0, 1000.0)
     assert scenario.beam.area == ((0.0, 3e-4), (0.5, 2e-4), (1.0, 1e-4))
 
 

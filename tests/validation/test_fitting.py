@@ -132,7 +132,7 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
 def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
     """Young's modulus and second moment of area: their profiles stay open, and each is named with the other."""
     data = written(tmp_path / "d.csv", "time [s], displacement@0.2 m [m]", TIMES[:8], exact[:8])
-    flight = GUESS.replace(contact__enabled=False)
+    flight = GUESS.adapted(contact__enabled=False)
     result = fit(flight, data, vary=["beam.youngs_modulus", "beam.second_moment"], starts=1, workers=1)
     assert (result.keys["low"] == 0.0).all()
     assert np.isinf(result.keys["high"]).all()

@@ -125,6 +125,6 @@ def test_settings_are_checked(keys):
 
 def test_a_run_that_ends_early_says_so():
     """The clamped strip bends by more than half of its length."""
-    history = periodic_response(STRIP.replace(base__acceleration=2000.0, contact__enabled=False))
+    history = periodic_response(STRIP.adapted(base__acceleration=2000.0, contact__enabled=False))
     assert history.outcome is Outcome.LARGE_DEFLECTION
     assert "periodic" not in history.summary
