@@ -135,11 +135,10 @@ class ElasticStop(ContactLaw):
 
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself; without damping its force is stiffness times it."""
-        depth, rate, ratio = -gap, -gap_rate, self.stiffness * residual.compliance
-        # the stop's share s of the depth: 1 - s = ratio s (1 + damping s rate), the same force in both
-        both = 1.0 + ratio
-        root = np.sqrt(np.maximum(both * both + 4.0 * ratio * self.damping * rate, 0.0))
-        share = 2.0 / (both + root)
+        depth, rate = -gap, -gap_rate
+        at_rest = 1.0 / (1.0 + self.stiffness * residual.compliance)  # the stop's share of the depth
+        pushing = np.maximum(1.0 + self.damping * at_rest * rate, 0.0)
+        share = 1.0 / (1.0 + self.stiffness * pushing * residual.compliance)
         # a relaxing flexibility pushes back by its rate as well, see `oblique_impact.contact.forces`
         pushed = share * (depth + residual.relaxation * (1.0 - share) * rate)
         return np.where(gap < 0.0, np.maximum(0.0, pushed), 0.0)
