@@ -31,8 +31,8 @@ from oblique_impact.scenario.scenario import Scenario
 _BLOCK = 512
 #: Gauss points through which section forces are read at a station
 _NEAREST = 4
-#: iterations for the mean axis with a hub: the angle is small, each squares the error
-_NEWTON = 6
+#: rad, the last step of Newton's method for the mean axis with a hub, whose error is its square, and most steps
+_ANGLE, _NEWTON = 1e-10, 40
 
 
 def simulate(
@@ -188,9 +188,16 @@ class _Frame:
         sums, rates = _complex(self.q) @ static, _complex(self.v) @ static
         near, hub = self.q[:, 2::NODE].mean(axis=1), self.sections.hub_inertia
         theta = near + np.angle(sums * np.exp(-1j * near))
-        for _ in range(_NEWTON if hub > 0.0 else 0):
+        left = np.full(theta.shape, np.inf if hub > 0.0 else 0.0)
+        for _ in range(_NEWTON):
+            # from the mean axis of the beam alone, as long as the first section is less than a right angle from it,
+            # the equation is convex, and each step goes on towards the root; of others the angle is no number
+            if np.all(left <= _ANGLE):
+                break
             turned = sums * np.exp(-1j * theta)
-            theta = theta + (turned.imag + hub * (self.q[:, 2] - theta)) / (turned.real + hub)
+            step = (turned.imag + hub * (self.q[:, 2] - theta)) / (turned.real + hub)
+            theta, left = theta + step, np.abs(step)
+        theta = np.where(left <= _ANGLE, theta, np.nan)
         turned, turning = sums * np.exp(-1j * theta), rates * np.exp(-1j * theta)
         return theta, (turning.imag + hub * self.v[:, 2]) / (turned.real + hub)
 

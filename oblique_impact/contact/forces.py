@@ -81,7 +81,17 @@ def share_of(slip: float, first: float, last: float, cell: float) -> tuple[float
             share, fading = share - 1.0 + (slip - first) / cell, fading + 1.0 / cell
         if last - slip < cell:
             share, fading = share - 1.0 + (last - slip) / cell, fading - 1.0 / cell
-    return max(0.0, share), fading
+    return (share, fading) if share > 0.0 else (0.0, 0.0)
+
+
+@inlined
+def end_push(stop: Stop, gap: float) -> float:
+    """Force (N) along the slide of a bedding under a cell of the beam that lies over an end of it.
+
+    It is what the energy 1/2 k d^2 of springs under the cell changes by as more or fewer of them lie there.
+    """
+    depth = max(0.0, -gap)
+    return -0.5 * stop.stiffness * stop.fading * depth * depth
 
 
 @inlined

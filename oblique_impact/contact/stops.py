@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oblique_impact.contact.forces import share_of, spring_force, stop_force
+from oblique_impact.contact.forces import end_push, share_of, spring_force, stop_force
 from oblique_impact.contact.state import Instant, Residual, Stop
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import compiled_law
@@ -66,6 +66,10 @@ class ContactLaw(ABC):
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""
         return float(stop_force(self.stop, Residual(), instant.gap, instant.gap_rate))
+
+    def end_push(self, instant: Instant) -> float:
+        """Return the force (N) along the slide that is no friction: 0 but for a bedding that the beam slides off."""
+        return 0.0
 
     def energy(self, gap: float, compliance: float = 0.0) -> float:
         """Energy (J) stored at a gap (m), in a compliance (m/N) in series too: the work of the force at rest."""
@@ -133,6 +137,10 @@ class ElasticStop(ContactLaw):
         """Return the spring at a place (m along the side)."""
         return self
 
+    def over(self, slip: float) -> tuple[float, float]:
+        """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
+        return self.stiffness, 0.0
+
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself; without damping its force is stiffness times it."""
         depth, rate = -gap, -gap_rate
@@ -151,7 +159,8 @@ class ElasticStop(ContactLaw):
 class Bedding(ElasticStop):
     """Bed of springs under a cell of the beam, of which only that part bears that is over the bed.
 
-    A cell that slides over an end of the bed takes its force down to zero, and up again when it comes back.
+    A cell that slides over an end of the bed takes its force down to zero, and up again when it comes back.  The
+    energy 1/2 k d^2 of the springs under it pushes it off the bed as it does.
 
     Attributes
     ----------
@@ -174,8 +183,16 @@ class Bedding(ElasticStop):
 
     def at(self, slip: float) -> ElasticStop:
         """Return the spring at a place (m along the side)."""
-        share, _ = share_of(slip, self.first, self.last, self.cell)
-        return ElasticStop(self.stiffness * share, self.damping)
+        return ElasticStop(self.over(slip)[0], self.damping)
+
+    def over(self, slip: float) -> tuple[float, float]:
+        """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
+        share, fading = share_of(slip, self.first, self.last, self.cell)
+        return self.stiffness * share, self.stiffness * fading
+
+    def end_push(self, instant: Instant) -> float:
+        """Return the force (N) along the slide of a cell that lies over an end of the bed."""
+        return end_push(self.stop._replace(fading=self.over(instant.slip)[1] / self.stiffness), instant.gap)
 
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""

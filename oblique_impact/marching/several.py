@@ -90,7 +90,16 @@ class MultiContactProbe:
             for b, (_, others) in enumerate(solved):
                 pairs = (rows.normal, rows.tangential), (others.to_normal, others.to_tangential)
                 delassus[a, :, b, :] = np.array(pairs[0]) @ np.array(pairs[1]).T
-        return Group([instant for instant, _ in solved], delassus)
+        instants = [instant for instant, _ in solved]
+        laws = [self._run.contacts.machines.machines[i].contact_law for i in contacts]
+        pushes = [law.end_push(c) if law else 0.0 for law, c in zip(laws, instants, strict=True)]
+        for a, c in enumerate(instants if any(pushes) else []):
+            gap, slip = delassus[a, :, :, 1] @ pushes
+            instants[a] = c._replace(
+                gap_acceleration=c.gap_acceleration + float(gap),
+                slip_acceleration=c.slip_acceleration + float(slip),
+            )
+        return Group(instants, delassus)
 
     def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
         """Return q'+ - q'- by impulses, (d,)."""
