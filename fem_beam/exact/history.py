@@ -190,8 +190,8 @@ class _Frame:
         theta = near + np.angle(sums * np.exp(-1j * near))
         left = np.full(theta.shape, np.inf if hub > 0.0 else 0.0)
         for _ in range(_NEWTON):
-            # from the mean axis of the beam alone, as long as the first section is less than a right angle from it,
-            # the equation is convex, and each step goes on towards the root; of others the angle is no number
+            # from the mean axis of the beam alone to a first section less than a right angle away the equation is
+            # convex, and each step goes on towards the root; an angle that is not found is no number
             if np.all(left <= _ANGLE):
                 break
             turned = sums * np.exp(-1j * theta)

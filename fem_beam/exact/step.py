@@ -115,7 +115,7 @@ def advance(
 
 
 class _Pushed:
-    """A contact in an iteration: its rows (3 n,) of gap and slip, load (3 n,) and the direction (3 n,) of a force."""
+    """A contact in an iteration: its rows (3 n,) of gap and slip, its load (3 n,) and direction (3 n,)."""
 
     def __init__(self, contact: Contact, q0: Array, q1: Array, length: float) -> None:
         gaps, slips, self.normal, self.tangential = contact.touching.rows(q0, q1)

@@ -273,9 +273,9 @@ class PointOnBeam(Touching):
 class Contact:
     """A closed contact within a step: spring, and friction against the slip, or none because the point sticks.
 
-    The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With the means
-    of both ends of a step its force k d at the mean depth d, and Dk/Ds d^2/2 against the slide, do the work that is
-    the change of the energy k d^2/2 exactly (a discrete gradient).
+    The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With means of
+    both ends of a step its force k d at the mean depth d, and Dk/Ds d^2/2 against the slide, do work that is the
+    change of the energy k d^2/2 exactly (a discrete gradient).
     """
 
     touching: Touching

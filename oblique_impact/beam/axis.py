@@ -246,10 +246,8 @@ def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Ar
             low = x
         step = -value / rate if rate > 0.0 else np.inf
         if not (abs(step) <= 0.5 * last and low <= x + step <= high):
-            if high - low < np.inf:
-                step = 0.5 * (low + high) - x
-            else:
-                step = 2.0 * last if value < 0.0 else -2.0 * last
+            away = 2.0 * last if value < 0.0 else -2.0 * last
+            step = 0.5 * (low + high) - x if high - low < np.inf else away
         x, last, placed = x + step, abs(step), abs(step) <= rounding
 
 

@@ -37,6 +37,8 @@ class Samples(NamedTuple):
     kinetic: Array  # J
     elastic: Array
     gravity: Array
+    stored: Array  # J, in elastic stops and the flexibility across the beam behind them
+    stretched: Array  # J, in the axial flexibility behind the friction
     depth: Array  # m, compression of the stop itself
     # of n contacts, if there are several: the fields of `Instant` of each (samples, n, 13), states (samples, n)
     contacts: Array = np.zeros((0, 0, INSTANT))
@@ -60,6 +62,7 @@ class Samples(NamedTuple):
             "energy_kinetic": self.kinetic,
             "energy_elastic": self.elastic,
             "energy_gravity": self.gravity,
+            "energy_contact": self.stored + self.stretched,
         }
 
 
@@ -82,11 +85,12 @@ def gather(
     qdd = np.concatenate([s.observation.qdd for s in segments])
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
-    found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
+    found = energies(time, q, qd)
+    of_stops = (np.concatenate([getattr(s, name) for s in segments]) for name in ("stored", "stretched", "depth"))
     contacts = np.concatenate([s.observation.contacts for s in segments])
     each = np.concatenate([np.tile(np.array(s.each, dtype=np.int8), (s.times.size, 1)) for s in segments])
     quadratures = states[:, 2 * size :]
-    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, depth, contacts, each)
+    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, *of_stops, contacts, each)
 
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:

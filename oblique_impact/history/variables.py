@@ -55,7 +55,16 @@ OF_A_SYSTEM = {
     "energy_kinetic": Variable(_TIME, "J", "kinetic energy"),
     "energy_elastic": Variable(_TIME, "J", "elastic energy"),
     "energy_gravity": Variable(_TIME, "J", "gravity energy"),
+    "energy_contact": Variable(
+        _TIME,
+        "J",
+        "energy in stops and contact flexibilities",
+        "what elastic stops, beds, residual and axial flexibility hold; of a user-defined law the work of its "
+        "force at rest",
+    ),
 }
+#: of these, what older files do not have
+ADDED_LATER = {"energy_contact"}
 #: variables that only a beam has
 OF_A_BEAM = {
     "station": Variable(("station",), "m", "arc length from the root"),

@@ -53,7 +53,7 @@ def find_trough(trial: Trial, guard: int, a: float, b: float, x: float) -> tuple
     The search for the least value (golden section) starts from x, where it is expected.
     """
     probe, least = x, np.inf
-    # two values after the first leave at most 0.62 of the bracket, and 34 times that is narrow: 69 values are enough
+    # two values after the first leave at most 0.62 of the bracket, which is narrow after 34 such pairs
     for _ in range(80):
         value = trial.guard_at(probe, guard)
         if value <= 0.0:
