@@ -170,10 +170,18 @@ class _Frame:
         """Return a field of the places (samples, n)."""
         return np.array([[getattr(place, name) for place in row] for row in self.places])
 
+    @cached_property
+    def _end_pushes(self) -> Array:
+        """Forces (N) along the slide at ends of beddings, (samples, n)."""
+        found = np.zeros((len(self.places), len(self.touchings)))
+        for i, touching in enumerate(self.touchings):
+            found[:, i] = touching.law.end_pushes(self._column("gap")[:, i], self._column("slip")[:, i])
+        return np.where(self.states != State.FREE, found, 0.0)
+
     def _of_contacts(self) -> dict[str, Column]:
         """Return the variables of several contacts, each (samples, n)."""
         contacts = self.samples.contacts
-        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T]
+        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T] + self._end_pushes
         force = normal * self._column("normal") + along * self._column("tangent")
         obstacles = [touching.obstacle for touching in self.touchings]
         return contact_variables(self.samples, obstacles, self._column("x"), self._column("point"), force)
@@ -301,9 +309,10 @@ class _Frame:
         beam, theta = self.beam, self.frame[0][part]
         found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
         tangents, axis = beam.fields(self.q[part]).tangent.reshape(len(theta), -1), _complex(self.q[part])
-        for row, contacts in enumerate(zip(self.places[part], self.samples.contacts[part], strict=True)):
-            for place, numbers in zip(*contacts, strict=True):
-                normal, tangential = numbers[LAMBDA_N], numbers[LAMBDA_T]
+        rows = zip(self.places[part], self.samples.contacts[part], self._end_pushes[part], strict=True)
+        for row, contacts in enumerate(rows):
+            for place, numbers, push in zip(*contacts, strict=True):
+                normal, tangential = numbers[LAMBDA_N], numbers[LAMBDA_T] + push
                 load = normal * place.normal + tangential * place.tangent
                 if load == 0.0:
                     continue

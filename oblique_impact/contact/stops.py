@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oblique_impact.contact.forces import end_push, share_of, spring_force, stop_force
+from oblique_impact.contact.forces import share_of, spring_force, stop_force
 from oblique_impact.contact.state import Instant, Residual, Stop
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import compiled_law
@@ -68,9 +68,9 @@ class ContactLaw(ABC):
         """Return the normal force (N) at an instant."""
         return float(stop_force(self.stop, Residual(), instant.gap, instant.gap_rate))
 
-    def end_push(self, instant: Instant) -> float:
-        """Return the force (N) along the slide that is no friction, which only beddings have."""
-        return 0.0
+    def end_pushes(self, gap: Array, slip: Array) -> Array:
+        """Return forces (N) along the slide that are no friction, which only beddings have; each (samples,)."""
+        return np.zeros_like(gap)
 
     def energy(self, gap: float, slip: float, compliance: float = 0.0) -> float:
         """Energy (J) held at gap and slip (m), in a compliance (m/N) in series too: work of the force at rest."""
@@ -195,9 +195,10 @@ class Bedding(ElasticStop):
         shares = [self.over(place)[0] / self.stiffness for place in slip.tolist()]
         return super().energies(gap, slip, compliance) * np.array(shares)
 
-    def end_push(self, instant: Instant) -> float:
-        """Return the force (N) along the slide of a cell that lies over an end of the bed."""
-        return end_push(self.stop._replace(fading=self.over(instant.slip)[1] / self.stiffness), instant.gap)
+    def end_pushes(self, gap: Array, slip: Array) -> Array:
+        """Return forces (N) along the slide of a cell that lies over an end of the bed, each (samples,)."""
+        slopes = np.array([self.over(place)[1] for place in slip.tolist()])
+        return -0.5 * slopes * np.minimum(gap, 0.0) ** 2
 
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""

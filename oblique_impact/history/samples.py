@@ -11,6 +11,7 @@ from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance
 from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
 from oblique_impact.contact.state import INSTANT, Instant, State
+from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.kernels.workspace import Array
@@ -174,7 +175,12 @@ def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
         normals[:, i] = 1j * side * tangent / np.abs(tangent)
         points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]
     along = np.array([1.0 if at.on_side else at.numbers[4] for at in places])
-    force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * numbers[:, :, LAMBDA_T])
+    tangential = numbers[:, :, LAMBDA_T].copy()
+    for i, at in enumerate(places):
+        if at.cell:
+            pushes = elastic_stop(at.stiffness, 0.0, at.extent, at.cell).end_pushes(gap[:, i], slip[:, i])
+            tangential[:, i] += np.where(samples.each[:, i] != State.FREE, pushes, 0.0)
+    force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * tangential)
     return contact_variables(samples, [at.obstacle for at in places], place, points, force)
 
 

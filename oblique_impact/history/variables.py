@@ -82,6 +82,7 @@ OF_A_BEAM = {
     "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
 }
 _CONTACTS = ("time", "contact")
+_WHOLE = f"with the push along the slide at an end of a bed, which lambda_tau leaves out; {_FINITE}"
 #: variables that only a beam with several contacts has: with `contact.where = "anywhere"`
 OF_CONTACTS = {
     "contact_obstacle": Variable(
@@ -100,8 +101,8 @@ OF_CONTACTS = {
     "contact_slip_rate": Variable(_CONTACTS, "m/s", "slip velocity of a contact"),
     "contact_lambda_n": Variable(_CONTACTS, "N", "normal force of a contact", _FINITE),
     "contact_lambda_tau": Variable(_CONTACTS, "N", "tangential force of a contact", _FINITE),
-    "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _FINITE),
-    "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _FINITE),
+    "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _WHOLE),
+    "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _WHOLE),
     "contact_state": Variable(_CONTACTS, "1", "state of a contact"),
     "clearance_obstacle": Variable(_TIME, "1", "obstacle that the beam is closest to"),
 }

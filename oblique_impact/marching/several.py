@@ -92,7 +92,10 @@ class MultiContactProbe:
                 delassus[a, :, b, :] = np.array(pairs[0]) @ np.array(pairs[1]).T
         instants = [instant for instant, _ in solved]
         laws = [self._run.contacts.machines.machines[i].contact_law for i in contacts]
-        pushes = [law.end_push(c) if law else 0.0 for law, c in zip(laws, instants, strict=True)]
+        pushes = [
+            float(law.end_pushes(np.array([c.gap]), np.array([c.slip]))[0]) if law else 0.0
+            for law, c in zip(laws, instants, strict=True)
+        ]
         for a, c in enumerate(instants if any(pushes) else []):
             gap, slip = delassus[a, :, :, 1] @ pushes
             instants[a] = c._replace(

@@ -27,10 +27,11 @@ class Hertz(ContactLaw):
 
 
 ON_A_SPRING = "contact.normal=spring", "end_time=0.335"
-TWO_PEGS = "contact.normal=spring", "obstacles=[{kind='point', origin=[0.4,-0.02]}, {kind='point', origin=[0.7,-0.036]}]"
+PEGS = "obstacles=[{kind='point', origin=[0.4,-0.02]}, {kind='point', origin=[0.7,-0.036]}]"
+TWO_PEGS = "contact.normal=spring", PEGS, "contact.axial_flexibility=true", "end_time=0.42"
 ON_A_BED = (
-    *("contact.where=anywhere", "contact.normal=spring", "slope.enabled=false", "initial.angle=0", "root.kind=hub"),
-    *("root.inertia=0.01", "root.torque=-10", "beam.youngs_modulus=7e9", "end_time=0.06"),
+    *("contact.where=anywhere", "contact.normal=spring", "slope.enabled=false", "initial.angle=0"),
+    *("root.kind=hub", "root.inertia=0.01", "root.torque=-10", "beam.youngs_modulus=7e9", "end_time=0.06"),
     "obstacles=[{kind='side', origin=[0.2, -0.05], extent=[0.0, 0.7907], bedding=1e6}]",
 )
 EXACT = (
@@ -44,7 +45,7 @@ CASES = {
     "damped": ("paper", (*ON_A_SPRING, "contact.damping=0.5", "beam.kelvin_voigt=1e-5"), {}, 1e-10),
     "Hertz": ("paper", ON_A_SPRING, {"contact_law": Hertz()}, 1e-9),
     "damped Hertz": ("paper", ON_A_SPRING, {"contact_law": Hertz(damping=0.3)}, 1e-9),
-    "axial": ("two-pegs", (*TWO_PEGS, "contact.axial_flexibility=true", "end_time=0.42"), {}, 1e-9),
+    "axial": ("two-pegs", TWO_PEGS, {}, 1e-9),
     "bed": ("paper", (*ON_A_BED, "contact.grid=8", "discretization.modes=3"), {}, 1e-9),
     "exact beam on a bed": ("paper", (*ON_A_BED, *EXACT), {}, 1e-10),
     "without inertia": ("damped", ("contact.point_inertia=none", "end_time=0.335"), {}, 1e-9),
