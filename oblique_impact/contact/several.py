@@ -21,6 +21,7 @@ from oblique_impact.contact.forces import (
     SINGULAR,
     accelerate,
     drift_of,
+    end_push,
     flying,
     friction_rate,
     friction_ratio,
@@ -41,6 +42,7 @@ from oblique_impact.contact.state import (
     FIRST,
     FREE,
     GAP,
+    GAP_ACCELERATION,
     GAP_RATE,
     GUARDS,
     HELD,
@@ -56,6 +58,7 @@ from oblique_impact.contact.state import (
     SIDE,
     SLIDING,
     SLIP,
+    SLIP_ACCELERATION,
     SLIP_RATE,
     SLOPE,
     STATE,
@@ -250,7 +253,32 @@ def take_contacts(
         arrays.biases[i, 0], arrays.biases[i, 1] = k.gap_bias, k.slip_bias
         for j in range(arrays.instants.shape[1]):
             arrays.instants[i, j] = c[j]
+    if phase.stop.compliant:
+        _push_at_ends(arrays, phase, v.free_acceleration)
     return least, fastest
+
+
+@jitable
+def push_at_end(arrays: ContactArrays, phase: Phase, i: int) -> float:
+    """Force (N) along the slide at contact i where the beam lies over the end of a bedding."""
+    if arrays.rows[i, CELL] == 0.0 or arrays.rows[i, STATE] == FREE:
+        return 0.0
+    return end_push(phase_of(phase, arrays, i).stop, arrays.instants[i, GAP])
+
+
+@jitable
+def _push_at_ends(arrays: ContactArrays, phase: Phase, free_acceleration: Array) -> None:
+    """Add the known forces at the ends of beddings, which are no friction, to the free accelerations."""
+    for i in range(arrays.rows.shape[0]):
+        push, response = push_at_end(arrays, phase, i), arrays.responses[i, 1]
+        if push == 0.0:
+            continue
+        for j in range(free_acceleration.shape[0]):
+            free_acceleration[j] += push * response[j]
+        for k in range(arrays.rows.shape[0]):
+            if arrays.rows[k, STATE] != FREE:
+                arrays.instants[k, GAP_ACCELERATION] += push * dot(arrays.directions[k, 0], response)
+                arrays.instants[k, SLIP_ACCELERATION] += push * dot(arrays.directions[k, 1], response)
 
 
 @jitable

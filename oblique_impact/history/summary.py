@@ -198,10 +198,10 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
 
     `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision.
     """
-    energies = samples.kinetic, samples.elastic, samples.gravity
-    kinetic, elastic, gravity = (float(values[-1]) for values in energies)
-    initial = sum(float(values[0]) for values in energies) + record.held
-    parts = kinetic, elastic, gravity, record.stored + record.stretched
+    energies = samples.kinetic, samples.elastic, samples.gravity, samples.stored
+    kinetic, elastic, gravity, stored = (float(values[-1]) for values in energies)
+    initial, stretched = sum(float(values[0]) for values in energies), float(samples.stretched[-1])
+    parts = kinetic, elastic, gravity, stored + stretched
     return {
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
@@ -210,7 +210,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
-        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, record.stretched)),
+        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, stretched)),
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,

@@ -123,10 +123,12 @@ class Run:
             if self.problem.contact:
                 self._begin()
                 # what an elastic stop that is pressed in at the start holds is not from the scheme
-                losses = self._quadratures()
-                record.held, losses[STABILIZATION_LOSS] = -float(losses[STABILIZATION_LOSS]), 0.0
+                self._quadratures()[STABILIZATION_LOSS] = 0.0
             self._initial_inertia = self._inertia()
+            before = list(record.segments)
             self._enter(None)
+            for segment in before:  # it holds it before the contact is found as well
+                segment.stored[:] = record.segments[len(before)].stored[0]
             ends = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
             for end in [*sorted(ends), self.problem.end_time]:
                 self._march_to(end)
@@ -138,7 +140,6 @@ class Run:
             self._return_to_last_sample()
         else:
             self._sample(self._phase)
-        record.stored, record.stretched = self._stored(), self._stretched()
         self._close_contact()
         return record
 
@@ -147,23 +148,6 @@ class Run:
         last = self.record.segments[-1]
         self._now = self._now._replace(t=float(last.times[-1]))
         self._y[: last.states.shape[1]] = last.states[-1]
-
-    def _stored(self) -> float:
-        """Energy (J) that an elastic stop, and the residual flexibility with it, holds now."""
-        law = self.problem.machine.contact_law
-        if law is None or self._phase.state == State.FREE:
-            return 0.0
-        return law.energy(
-            float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.residual.compliance
-        )
-
-    def _stretched(self) -> float:
-        """Energy (J) that the axial flexibility behind the friction holds now."""
-        if self._phase.state == State.FREE:
-            return 0.0
-        # no number where no force solves the contact (Painleve)
-        force = np.nan_to_num(self.record.segments[-1].observation.column("tangential_force")[-1])
-        return 0.5 * self._phase.stick.compliance * float(force) ** 2
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""
@@ -295,7 +279,7 @@ class Run:
         self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
         law = self.problem.machine.contact_law
         if how is AtEnd.SLIDES_OFF and law is not None:
-            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, leaving.residual.compliance)
+            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, instant.slip, leaving.residual.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
         """Change the velocities by an impulse."""
@@ -313,7 +297,7 @@ class Run:
             return
         found = -1.0 if leaving.state == State.FREE else 1.0
         compliance = max(leaving.residual.compliance, self._phase.residual.compliance)
-        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, compliance)
+        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, 0.0, compliance)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
@@ -415,14 +399,29 @@ class Run:
             self._open.peak_force = float(np.fmax.reduce(forces, initial=self._open.peak_force))
             self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
         kept = states[:, : self._kept].copy()
-        segment = Segment(phase.state, times, kept, observation, self._compression(phase, observation))
+        found = self._compression, self._stored, self._stretched
+        segment = Segment(phase.state, times, kept, observation, *(of(phase, observation, kept) for of in found))
         self.record.segments.append(segment)
         return observation
 
-    def _compression(self, phase: Phase, observation: Observation) -> Array:
+    def _compression(self, phase: Phase, observation: Observation, states: Array) -> Array:
         """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
         law, gap = self.problem.machine.contact_law, observation.column("gap")
         if law is None or phase.state == State.FREE:
             return np.zeros_like(gap)
         rate, force = observation.column("gap_rate"), observation.column("normal_force")
         return law.compression(phase.residual, gap, rate, force)
+
+    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        """Energy (J) that an elastic stop, and the residual flexibility with it, holds at samples."""
+        law, gap = self.problem.machine.contact_law, observation.column("gap")
+        if law is None or phase.state == State.FREE:
+            return np.zeros_like(gap)
+        return law.energies(gap, observation.column("slip"), phase.residual.compliance)
+
+    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        """Energy (J) that the axial flexibility behind the friction holds at samples."""
+        # no number where no force solves the contact (Painleve)
+        force = np.nan_to_num(observation.column("tangential_force"))
+        flexibility = 0.0 if phase.state == State.FREE else phase.stick.compliance
+        return np.asarray(0.5 * flexibility * force**2)

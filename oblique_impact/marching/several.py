@@ -90,7 +90,19 @@ class MultiContactProbe:
             for b, (_, others) in enumerate(solved):
                 pairs = (rows.normal, rows.tangential), (others.to_normal, others.to_tangential)
                 delassus[a, :, b, :] = np.array(pairs[0]) @ np.array(pairs[1]).T
-        return Group([instant for instant, _ in solved], delassus)
+        instants = [instant for instant, _ in solved]
+        laws = [self._run.contacts.machines.machines[i].contact_law for i in contacts]
+        pushes = [
+            float(law.end_pushes(np.array([c.gap]), np.array([c.slip]))[0]) if law else 0.0
+            for law, c in zip(laws, instants, strict=True)
+        ]
+        for a, c in enumerate(instants if any(pushes) else []):
+            gap, slip = delassus[a, :, :, 1] @ pushes
+            instants[a] = c._replace(
+                gap_acceleration=c.gap_acceleration + float(gap),
+                slip_acceleration=c.slip_acceleration + float(slip),
+            )
+        return Group(instants, delassus)
 
     def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
         """Return q'+ - q'- by impulses, (d,)."""
@@ -230,7 +242,7 @@ class MultiContactRun(Run):
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         machine = self.contacts.machines.machines[contact]
         if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
-            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.at(instant.slip).energy(instant.gap))
+            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(instant.gap, instant.slip))
         if self.contacts.on_side[contact] or how is AtEnd.SLIDES_OFF:
             end = min(machine.extent, key=lambda place: abs(place - instant.slip))
             passage = Passage(self._now.t, how, instant.slip, end, self.contacts.obstacles[contact])
@@ -251,7 +263,7 @@ class MultiContactRun(Run):
         for i, state in change.phases.items():
             law, was = self.contacts.machines.machines[i].contact_law, self._state(leaving, i).state
             if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
-                energy = law.at(before[i].slip).energy(before[i].gap)
+                energy = law.energy(before[i].gap, before[i].slip)
                 if gone:
                     self._add_to(gone[0], 0.0, 0.0, 0.0, -energy)  # what it hands over is not lost
                 elif criterion is None or not criterion.located:
@@ -301,24 +313,26 @@ class MultiContactRun(Run):
         found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
         return found
 
-    def _stored(self) -> float:
-        last, stored = self.record.segments[-1], 0.0
+    def _compression(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        arrays, gaps = phase.arrays, observation.contacts[:, :, GAP]
+        if arrays is None or not phase.stop.compliant:
+            return np.zeros(len(gaps))
+        closed = arrays.rows[:, STATE] != State.FREE
+        return np.max(np.where(closed, np.maximum(-gaps, 0.0), 0.0), axis=1)
+
+    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        assert phase.arrays is not None
+        each, stored = observation.contacts, np.zeros(len(states))
         for i, machine in enumerate(self.contacts.machines.machines):
-            if machine.contact_law is not None and last.each[i] != State.FREE:
-                c = last.observation.contacts[-1, i]
-                stored += machine.contact_law.at(float(c[SLIP])).energy(float(c[GAP]))
+            if machine.contact_law is not None and phase.arrays.rows[i, STATE] != State.FREE:
+                stored += machine.contact_law.energies(each[:, i, GAP], each[:, i, SLIP])
         return stored
 
-    def _stretched(self) -> float:
-        assert self._phase.arrays is not None
-        rows = self._phase.arrays.rows
-        forces = np.nan_to_num(self.record.segments[-1].observation.contacts[-1, :, TANGENTIAL_FORCE])
-        pairs = [
-            shared_flexibility(a, b) * force * other
-            for a, force in zip(rows, forces, strict=True)
-            for b, other in zip(rows, forces, strict=True)
-        ]
-        return 0.5 * float(np.sum(pairs))
+    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        assert phase.arrays is not None
+        rows, forces = phase.arrays.rows, np.nan_to_num(observation.contacts[:, :, TANGENTIAL_FORCE])
+        flexibility = np.array([[shared_flexibility(a, b) for b in rows] for a in rows])
+        return np.asarray(0.5 * np.einsum("si,ij,sj->s", forces, flexibility, forces))
 
     def _relative_inertia(self) -> float:
         assert self._phase.arrays is not None
@@ -346,13 +360,10 @@ class MultiContactRun(Run):
             self._places[i] = min(first, *places), max(last, *places)
         found = found._replace(instants=_nearest(rows[:, SIDE], self._ends, each, found.instants))
         states_now = tuple(int(state) for state in rows[:, STATE])
-        compression = np.zeros(len(times))
-        if phase.stop.compliant:
-            closed = rows[:, STATE] != State.FREE
-            compression = np.max(np.where(closed, np.maximum(-each[:, :, GAP], 0.0), 0.0), axis=1)
         kept = states[:, : self._kept].copy()
         state = max(states_now) if phase.state != State.FREE else int(State.FREE)
-        self.record.segments.append(Segment(state, times, kept, found, compression, states_now))
+        energies = (of(phase, found, kept) for of in (self._compression, self._stored, self._stretched))
+        self.record.segments.append(Segment(state, times, kept, found, *energies, states_now))
         return found
 
 

@@ -76,15 +76,15 @@ class SteppedRun(MultiContactRun):
         super()._keep(progress)
         self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
 
-    def _held(self) -> float:
-        of_contacts = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept]
-        return float(of_contacts[HELD::OF_A_CONTACT].sum())
+    def _held(self, states: Array) -> Array:
+        of_contacts = states[:, 2 * self.problem.q0.size + QUADRATURES :]
+        return np.asarray(of_contacts[:, HELD::OF_A_CONTACT].sum(axis=1))
 
-    def _stored(self) -> float:
-        return self._held() if self._massless else 0.0
+    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        return self._held(states) if self._massless else np.zeros(len(states))
 
-    def _stretched(self) -> float:
-        return 0.0 if self._massless else self._held()
+    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        return np.zeros(len(states)) if self._massless else self._held(states)
 
     def _relative_inertia(self) -> float:
         """Return 1: impulses exist for every coefficient of friction."""

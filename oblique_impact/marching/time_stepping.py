@@ -56,7 +56,6 @@ from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
 from oblique_impact.marching.advance import (
     FAILED_ITERATION,
-    UNBOUNDED,
     Limits,
     Position,
     Step,
@@ -79,7 +78,9 @@ from oblique_impact.marching.scheme import Prepared, Scheme
 
 STEPS_PER_CALL = 1_000  # the log of a call has room for every contact in each of its steps
 _MOST_ITERATIONS = 20
-_STALLED = 0.5  # a correction that is no smaller than this part of the last one is rounding
+#: a correction that is no smaller than this part of the last one is rounding, if it is no more than so many
+#: tolerances (see `alpha_step`)
+_STALLED, _ROUNDING = 0.5, 1e6
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
 #: steps in which a contact closes: their impulses are those of its impact
@@ -277,7 +278,7 @@ def _settle(
         if m > 0:
             _take_contacts(stepper, 0, m, t, h, x, v0, rank_one, slot)
         push_places(b.flexibility, h, b.impulses, b.closed, 0)
-    while True:
+    while True:  # at most once for each contact, as the problem only grows
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
         if m == b.states.shape[0]:
@@ -334,8 +335,9 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             return Solution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
         done = change <= stepper.tolerance or change * change <= stepper.tolerance * before
-        if iteration > 0 and (done or change > _STALLED * before):
-            return Solution(OK if change < UNBOUNDED else -FAILED_ITERATION, m, supplied)
+        stalled = change > _STALLED * before and change <= _ROUNDING * stepper.tolerance
+        if iteration > 0 and (done or stalled):
+            return Solution(OK, m, supplied)
         before = change
     return Solution(-FAILED_ITERATION, m, 0.0)
 
