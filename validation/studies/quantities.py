@@ -25,6 +25,10 @@ from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.scenario.scenario import Scenario
 
 
+class UnknownQuantityError(InputError):
+    """Raised for a name that is no quantity."""
+
+
 class GapError(Exception):
     """Raised when a run does not have a quantity; the message says why."""
 
@@ -74,7 +78,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
         words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
         return Quantity(name, unit, words, lambda history: _extreme(extreme, _values(history, variable)))
     known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
-    raise InputError(
+    raise UnknownQuantityError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
         f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}; "
         f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}; lost_after:SECONDS"
