@@ -118,14 +118,24 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
     return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
 
 
-_FORCES = ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau")
+#: what has no limit with an entry of `without_limit`, and why
+_WITH = {
+    "peak_force": (
+        ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau"),
+        "the force of a rigid stop grows with every mode or element",
+    ),
+    "tangential_impulse": (
+        ("tangential_impulse", "max:lambda_tau", "min:lambda_tau"),
+        "friction along a beam that cannot stretch does not converge in time-stepping",
+    ),
+}
 
 
 def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     """Return the quantities among `names` that have no limit as modes or elements are added, with the reason.
 
     What follows the first touch-down is not determined where the run says so in its summary; under a damped beam
-    it is the force of a rigid stop alone.
+    it is the force of a rigid stop alone, and what friction does along a beam that cannot stretch.
     """
     if not history.macro_collisions:
         return {}
@@ -134,11 +144,8 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
         return {name: why for name in names if decided_at(name, history) > touch_down}
-    if "peak_force" in limits:
-        return {
-            name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
-        }
-    return {}
+    lost = {name: why for entry, (with_it, why) in _WITH.items() if entry in limits for name in with_it}
+    return {name: lost[name] for name in names if name in lost}
 
 
 def decided_at(name: str, history: History) -> float:
