@@ -12,7 +12,7 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.convergence import convergence_warnings, truncation_warnings
+from oblique_impact.beam.convergence import ALL, convergence_warnings, impacts_magnify, truncation_warnings
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.small_deflection import deflection_warnings
@@ -116,6 +116,8 @@ def simulate(
         ]
         forces = partial(section_forces, beam, samples, variables)
         history = beam_history(scenario, record, samples, variables, forces, wall, warnings)
+        if impacts_magnify(beam, contacts):
+            history.summary["without_limit"] = list(ALL)
     given: dict[str, Any] = {name: repr(part) for name, part in parts.given().items()}
     if initial_state is not None:
         given["initial_state"] = [np.asarray(part).tolist() for part in initial_state]

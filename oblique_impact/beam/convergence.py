@@ -45,12 +45,11 @@ LIGHT = 0.002
 #: forces of 24 to 48 modes within 1.2 %, with 0.1 within 6 %, with more not within any bound.
 _LEFT_OUT = 0.05
 
-#: what all of `convergence_warnings` about impacts say
-NOT_DETERMINED = "times, impulses and forces after the first touch-down are not determined"
+_NOT_DETERMINED = "times, impulses and forces after the first touch-down are not determined"
 
 #: entries of macro-collisions
 _FORCE, _FRICTION = ("peak_force",), ("tangential_impulse",)
-_ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
+ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
 
 
 def unconverged_results(scenario: Scenario) -> tuple[str, ...]:
@@ -60,7 +59,7 @@ def unconverged_results(scenario: Scenario) -> tuple[str, ...]:
     """
     stiff = is_stiff(scenario)
     if stiff and scenario.beam.kelvin_voigt == 0.0:
-        return _ALL
+        return ALL
     friction = _FRICTION if _rubs_along(scenario) else ()
     return friction + _FORCE if stiff and scenario.contact.normal == "rigid" else friction
 
@@ -69,7 +68,8 @@ def _rubs_along(s: Scenario) -> bool:
     """Whether friction acts along a beam that cannot stretch, at its impacts too: in time-stepping."""
     c = s.contact
     rough = c.friction != "frictionless" and max(c.mu_static, c.mu_kinetic) > 0.0
-    return c.enabled and rough and not c.axial_flexibility and s.solver.scheme == "time-stepping"
+    stretches = c.axial_flexibility or s.is_absolute
+    return c.enabled and rough and not stretches and s.solver.scheme == "time-stepping"
 
 
 def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
@@ -81,6 +81,11 @@ def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
         return []
     s, most = beam.scenario, max(contacts)
     return _of_friction(s) + _of_impacts(beam, most)
+
+
+def impacts_magnify(beam: Beam, contacts: Sequence[int]) -> bool:
+    """Whether what follows the first touch-down has no limit, as a line of `convergence_warnings` says."""
+    return bool(contacts and _of_impacts(beam, max(contacts)))
 
 
 def _of_friction(s: Scenario) -> list[str]:
@@ -104,7 +109,7 @@ def _of_impacts(beam: Beam, most: int) -> list[str]:
         if damping >= _resolved_damping(beam) * (1.0 - 1e-9):
             return []
         return [
-            f"beam.kelvin_voigt: {damping:g} s is not resolved by {_resolution(s)}: {NOT_DETERMINED}; "
+            f"beam.kelvin_voigt: {damping:g} s is not resolved by {_resolution(s)}: {_NOT_DETERMINED}; "
             f"it takes {_size_to_resolve(beam, damping)}"
         ]
     under = "under a beam without Kelvin-Voigt damping"
@@ -113,7 +118,7 @@ def _of_impacts(beam: Beam, most: int) -> list[str]:
     else:
         stop = "a stop this stiff" if is_stiff(s) else f"a stop that is met {most} times in one collision"
         cause = f"{stop} {under} magnifies small differences like a rigid one, which has no limit"
-    text = f"contact.normal: {cause}: {NOT_DETERMINED}; give the beam the damping that it has, beam.kelvin_voigt"
+    text = f"contact.normal: {cause}: {_NOT_DETERMINED}; give the beam the damping that it has, beam.kelvin_voigt"
     frequency = lowest_elastic_frequency(s)
     if frequency > 0.0:
         light = light_damping(s)

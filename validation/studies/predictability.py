@@ -195,24 +195,28 @@ def predictability(
     parts = np.delete(np.arange(-shadows // 2, shadows // 2 + 1), shadows // 2) / (shadows // 2)
     started = time.perf_counter()
     names = tuple(f"{kind}:{n}" for kind, last in _ASKED.items() for n in range(1, last + 1))
-    runs, largest = [], dict[str, list[float]]()
+    runs = []
     for label, case in cases.items():
         if not case.contact.enabled:
             raise InputError("contact.enabled = false: without contact there is nothing to predict")
-        scale = min(1.0, 0.5 * closing_turn(case) / max(perturbations))
-        largest[label] = [scale * d for d in perturbations]
-        for offset in [0.0, *np.outer(largest[label], parts).ravel().tolist()]:
+        for offset in [0.0, *np.outer(_fitting(case, perturbations), parts).ravel().tolist()]:
             try:
                 perturbed = case.replace(initial__angle=case.initial.angle + offset) if offset else case
             except InputError:  # below the slope
                 continue
             runs.append(Run({"case": label, "offset": offset}, perturbed, names))
     frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
-    found = [judge(label, case, largest[label], frame[frame["case"] == label]) for label, case in cases.items()]
+    found = [judge(label, case, perturbations, frame[frame["case"] == label]) for label, case in cases.items()]
     result = Predictability(name, tuple(found), time.perf_counter() - started)
     if out is not None:
         report(result).write(Path(out), _data(result), result.to_dataframe())
     return result
+
+
+def _fitting(scenario: Scenario, perturbations: Sequence[float]) -> list[float]:
+    """Return the perturbations (rad), all less in proportion where the largest is half of the closing turn."""
+    scale = min(1.0, 0.5 * closing_turn(scenario) / max(perturbations))
+    return [scale * d for d in perturbations]
 
 
 def closing_turn(scenario: Scenario) -> float:
@@ -274,7 +278,7 @@ def judge(name: str, scenario: Scenario, perturbations: Sequence[float], frame: 
         }
     )
     below = 0.0
-    for d in sorted(perturbations):
+    for d in sorted(_fitting(scenario, perturbations)):
         group = (offsets > below) & (offsets <= d * (1.0 + 1e-9))
         collisions[f"start_by_{d:g}"] = _largest(shifts[group])
         collisions[f"impulse_by_{d:g}"] = _largest(np.abs(impulses[1:] - impulses[0])[group])

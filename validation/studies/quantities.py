@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import simpson
 
-from oblique_impact.beam.convergence import NOT_DETERMINED
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
 from oblique_impact.contact.state import State
@@ -139,8 +138,8 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     """
     if not history.macro_collisions:
         return {}
-    limits, warnings = history.summary.get("without_limit", ()), history.summary.get("warnings", ())
-    if "start" in limits or any(NOT_DETERMINED in warning for warning in warnings):
+    limits = history.summary.get("without_limit", ())
+    if "start" in limits:
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
         return {name: why for name in names if decided_at(name, history) > touch_down}
