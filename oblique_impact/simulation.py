@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.convergence import convergence_warnings, truncation_warnings
+from oblique_impact.beam.convergence import ALL, convergence_warnings, impacts_magnify, truncation_warnings
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.small_deflection import deflection_warnings
@@ -32,7 +33,7 @@ from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.records import Record
+from oblique_impact.marching.records import Contact, Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.several import run_of
 from oblique_impact.marching.stepped import SteppedRun
@@ -123,7 +124,7 @@ def compute_history(
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
         variables = beam_variables(beam, samples)
-        contacts = [c.contacts for c in macro_collisions(record.contacts, macro_gap(scenario))]
+        contacts = _contacts_in_a_row(scenario, record.contacts)
         warnings = [
             *deflection_warnings(beam, variables),
             *convergence_warnings(beam, contacts),
@@ -131,6 +132,8 @@ def compute_history(
         ]
         forces = partial(section_forces, beam, samples, variables)
         history = beam_history(scenario, record, samples, variables, forces, wall, warnings)
+        if impacts_magnify(beam, contacts):
+            history.summary["without_limit"] = list(ALL)
     given: dict[str, Any] = {name: repr(part) for name, part in parts.given().items()}
     if initial_state is not None:
         given["initial_state"] = [np.asarray(part).tolist() for part in initial_state]
@@ -281,6 +284,20 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
         steps = isinstance(problem.scheme, TimeSteppingScheme)
         record = (SteppedRun if steps else run_of)(problem, on_progress).execute()
         return record, marching.seconds
+
+
+def _contacts_in_a_row(scenario: Scenario, contacts: Sequence[Contact]) -> list[int]:
+    """Return the number of contacts of each macro-collision, at most those that begin in a period of the base.
+
+    Of a steady state on a shaken base all contacts may be one macro-collision, which has no end.
+    """
+    base, starts = scenario.base, np.sort([contact.start for contact in contacts])
+    frequencies = base.frequency, base.frequency + base.sweep_rate * scenario.end_time
+    slowest = min(map(abs, frequencies)) if math.copysign(1.0, frequencies[0] * frequencies[1]) > 0.0 else 0.0
+    most = len(contacts)
+    if base.is_shaken and not base.table and slowest > 0.0:
+        most = int(np.max(np.searchsorted(starts, starts + 1.0 / slowest) - np.arange(most), initial=0))
+    return [min(c.contacts, most) for c in macro_collisions(contacts, macro_gap(scenario))]
 
 
 def _unless_interrupted(history: History) -> History:

@@ -49,7 +49,9 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     beam, contact = scenario.beam, scenario.contact
     varies = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment)) or beam.tip_mass > 0.0
     frame = frame_for_many_modes(scenario)
-    damped = beam.kelvin_voigt or beam.modal_damping_ratio or beam.mass_proportional
+    damped = beam.kelvin_voigt
+    if not (contact.enabled and is_stiff(scenario)):  # which Kelvin-Voigt damping alone gives a limit
+        damped = damped or beam.modal_damping_ratio or beam.mass_proportional
     light = light_damping(scenario)
     share = f"{100.0 * LIGHT:g} % of critical in the first bending mode, as of a plain metal beam; measure yours"
     wanted: dict[str, tuple[Any, str]] = {

@@ -15,6 +15,7 @@ DAMPED = "beam.kelvin_voigt=1e-5"
 SPRING = "contact.normal=spring"
 MEAN_AXIS = "discretization.frame=mean-axis"
 ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
+STEPS = (*("contact.where=anywhere", "contact.grid=1", "solver.scheme=time-stepping"), MEAN_AXIS)
 NODAL = ("discretization.method=fem", "discretization.modes=0")
 #: a steel strip of 0.2 m x 10 mm x 1 mm on a spring that is stiffer than what two modes leave out of its tip
 STRIP = (
@@ -49,6 +50,11 @@ def advice(line: str) -> tuple[str, ...]:
         ((SPRING, "contact.stiffness=1e9"), ALL),
         ((SPRING, "contact.stiffness=1e9", DAMPED), ()),
         (("contact.enabled=false",), ()),
+        # friction along a beam that cannot stretch, in time-stepping
+        ((*STEPS, DAMPED), ("tangential_impulse", "peak_force")),
+        ((*STEPS, DAMPED, "contact.axial_flexibility=true"), ("peak_force",)),
+        ((*STEPS, DAMPED, "contact.friction=frictionless"), ("peak_force",)),
+        (STEPS, ALL),
     ],
 )
 def test_what_has_no_limit(changes, names):
