@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +33,7 @@ from oblique_impact.marching.sampling import Observation
 from oblique_impact.marching.scheme import Prepared
 from oblique_impact.marching.several import MultiContactRun
 from oblique_impact.marching.time_stepping import (
+    COUNTED,
     HELD,
     IMPACT_NORMAL,
     IMPACT_TANGENTIAL,
@@ -39,6 +43,7 @@ from oblique_impact.marching.time_stepping import (
     OWN_NORMAL,
     PEAK,
     PLASTIC_LOSS,
+    TIME,
     StepBuffers,
     TimeSteppingScheme,
 )
@@ -64,17 +69,27 @@ class SteppedRun(MultiContactRun):
         self._steps = StepBuffers.new(ends, size, rubs, flexibility)
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
+        self._unlogged = deque[Array]()  # changes of the last call
 
     def _begin(self) -> None:
         """Begin in flight: the first step finds the contacts."""
 
     def _keep(self, progress: Progress) -> None:
-        for row in self._steps.log[: self._steps.logged[0]]:
-            self._log(row)
+        self._unlogged = deque(self._steps.log[: self._steps.logged[0]])
+        super()._keep(progress)
         if len(self.record.events) > loop.MAX_EVENTS:
             raise RunEnded(Outcome.TOO_MANY_EVENTS)
-        super()._keep(progress)
         self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
+
+    def _log_changes(self, until: float) -> None:
+        while self._unlogged and self._unlogged[0][TIME] <= until:
+            self._log(self._unlogged.popleft())
+
+    def _copy_open(self) -> Any:
+        return self._began.copy()
+
+    def _take_open(self, known: Any) -> None:
+        self._began = known
 
     def _held(self) -> float:
         of_contacts = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept]
@@ -140,22 +155,23 @@ class SteppedRun(MultiContactRun):
     def _close_contact(self) -> None:
         for contact in list(self._began):
             own = self._own_quadratures(contact)[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS]]
-            self._close_stepped(contact, self._now.t, own, self._steps.counted[contact])
+            counted = self._y[-COUNTED * len(self.contacts.places) :].reshape(-1, COUNTED)
+            self._close_stepped(contact, self._now.t, own, counted[contact])
 
-    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
-        """Observe samples; between two changes of states they are a segment of their own."""
+    def _store(self, phase: Phase, times: Array, states: Array, found: Observation) -> None:
+        """Store samples; between two changes of states they are a segment of their own."""
         assert phase.arrays is not None
-        each = states[:, -len(self.contacts.places) :]
+        n = len(self.contacts.places)
+        each = states[:, -(1 + COUNTED) * n :][:, :n]
         each = np.where(np.isnan(each), OPEN, each).astype(int)
-        changes = np.flatnonzero(np.any(each[1:] != each[:-1], axis=1)) + 1
-        for of_time, of_state, own in zip(
-            np.split(times, changes), np.split(states, changes), np.split(each, changes), strict=True
-        ):
-            rows = phase.arrays.rows
-            rows[:, STATE] = [_STATES[int(state)] for state in own[0]]
-            found = super()._observe(phase._replace(state=_leading(own[0])), of_time, of_state)
+        ends = [0, *(np.flatnonzero(np.any(each[1:] != each[:-1], axis=1)) + 1), len(times)]
+        rows = phase.arrays.rows
+        for part in (slice(*pair) for pair in pairwise(ends)):
+            own = each[part.start]
+            rows[:, STATE] = [_STATES[int(state)] for state in own]
+            observed = Observation(*(values[part] for values in found))
+            super()._store(phase._replace(state=_leading(own)), times[part], states[part], observed)
             rows[:, STATE] = State.FREE
-        return found
 
 
 def _leading(states: NDArray[np.int64]) -> int:
