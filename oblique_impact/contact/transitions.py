@@ -18,6 +18,7 @@ from oblique_impact.contact.forces import (
     holding_force,
     inclined,
     sliding_force,
+    sliding_inertia,
     slip_velocity,
     sticking_force,
 )
@@ -163,6 +164,8 @@ class ContactMachine:
     ) -> None:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances, self.axial = tolerances, axial
+        #: number of decisions so far that had several solutions, of which an opening contact was taken
+        self.ambiguous = 0
         self.stick_criterion = stick_criterion
         #: of a scheme that notices transitions late, at the ends of its steps
         self._late = None if stick_criterion is None or stick_criterion.located else stick_criterion
@@ -396,6 +399,8 @@ class ContactMachine:
         force = sliding_force(phase, self._unstabilized(instant))
         if force.status != OK:
             raise RunEnded(Outcome.PAINLEVE)
+        if sliding_inertia(phase, instant) < 0.0 < instant.gap_acceleration:
+            self.ambiguous += 1
         pushes = force.normal > 0.0
         if self._late:  # a contact noticed below the slope is pushed out by its stabilization
             pushes = pushes or sliding_force(phase, instant).normal > 0.0

@@ -142,6 +142,17 @@ def energy_warnings(
     return found
 
 
+def ambiguity_warnings(times: Sequence[float]) -> list[str]:
+    """Return a warning of the times (s) at which contact forces were one of several solutions, if there are any."""
+    if not times:
+        return []
+    at = f"at {times[0]:.6g} s" if len(times) == 1 else f"{len(times)} times from {times[0]:.6g} to {times[-1]:.6g} s"
+    return [
+        f"contact.mu_kinetic: contact forces were not unique {at} (Painleve): of several solutions that with the "
+        "fewest closed contacts was taken; with less friction there is one"
+    ]
+
+
 @dataclass(frozen=True)
 class MacroCollision:
     """A macro-collision: contacts less than the macro gap apart (SI units)."""

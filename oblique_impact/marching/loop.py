@@ -86,10 +86,7 @@ class _Mark(NamedTuple):
     y: Array
     phase: Phase
     open: Any  # contacts that are closed there
-    segments: int  # numbers of what is recorded
-    events: int
-    contacts: int
-    passages: int
+    counts: list[int]  # of what is recorded
 
 
 class Run:
@@ -159,20 +156,22 @@ class Run:
 
     def _set_mark(self, t: float | None = None, y: Array | None = None) -> None:
         """Mark where the run is, or its last sample at a time (s) with a state vector, to return to it."""
-        record = self.record
-        counts = len(record.segments), len(record.events), len(record.contacts), len(record.passages)
+        counts = [len(entries) for entries in self._recorded()]
         now, state = self._now if t is None else self._now._replace(t=t), self._y if y is None else y
-        self._mark = _Mark(now, state.copy(), self._phase, self._copy_open(), *counts)
+        self._mark = _Mark(now, state.copy(), self._phase, self._copy_open(), counts)
 
     def _return_to_mark(self) -> None:
         """Return to the last mark: what has been recorded since then belongs to no state."""
-        mark, record = self._mark, self.record
+        mark = self._mark
         self._now, self._y[:], self._phase = mark.now, mark.y, mark.phase
         self._take_open(mark.open)
-        for of_record, count in zip(
-            (record.segments, record.events, record.contacts, record.passages), mark[4:], strict=True
-        ):
-            del of_record[count:]
+        for entries, count in zip(self._recorded(), mark.counts, strict=True):
+            del entries[count:]
+
+    def _recorded(self) -> tuple[list[Any], ...]:
+        """Return the lists of the record."""
+        record = self.record
+        return record.segments, record.events, record.contacts, record.passages, record.ambiguous
 
     def _copy_open(self) -> Any:
         """Return a copy of what is known of contacts that are closed."""
@@ -216,11 +215,14 @@ class Run:
         Where no contact state exists behind it the function returns the outcome that ends the run there.
         """
         self._set_mark()
+        before = self._ambiguous
         try:
             failure = change()
         except RunEnded:
             self._return_to_mark()
             raise
+        if self._ambiguous > before:
+            self.record.ambiguous.append(self._now.t)
         if failure is not None:
             raise RunEnded(failure)
 
@@ -300,6 +302,10 @@ class Run:
     def _follow(self, leaving: Phase, guard: int) -> Outcome | None:
         probe = self._probe()
         return self._apply(leaving, self.problem.machine.after_guard(leaving, guard, probe), probe)
+
+    @property
+    def _ambiguous(self) -> int:
+        return self.problem.machine.ambiguous
 
     def _probe(self) -> Probe:
         return Probe(self.problem, self._phase, self._now.t, self._y, self._scratch.work)

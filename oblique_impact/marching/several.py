@@ -226,6 +226,10 @@ class MultiContactRun(Run):
                         held += shared_flexibility(np.array(row_of(state)), row) * float(force)
                 change.phases[i] = state._replace(stick=state.stick._replace(slip=held))
 
+    @property
+    def _ambiguous(self) -> int:
+        return self.contacts.machines.ambiguous
+
     def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         machine = self.contacts.machines.machines[contact]
