@@ -39,6 +39,7 @@ from oblique_impact.contact.transitions import (
     AtEnd,
     ContactMachine,
     ContactProbe,
+    Earlier,
     EventKind,
     Transition,
     direction_of,
@@ -94,6 +95,8 @@ class Change:
     arrests: dict[int, Impulse] = field(default_factory=dict)
     passages: list[tuple[int, AtEnd]] = field(default_factory=list)
     failure: Outcome | None = None
+    #: tangential forces (N) of contacts that go on from an earlier run
+    pulls: dict[int, float] = field(default_factory=dict)
 
     @classmethod
     def of_one(cls, contact: int, transition: Transition) -> Change:
@@ -154,10 +157,12 @@ class ContactMachines:
         leading = int(State.SLIP if closed.any() else State.FREE)
         return phase._replace(state=leading, arrays=phase.arrays._replace(rows=rows))
 
-    def start(self, phase: Phase, probe: GroupProbe) -> Change:
-        """Return the states at the start of a run: contacts may touch, or press on their obstacles already."""
+    def start(self, phase: Phase, probe: GroupProbe, earlier: Mapping[int, Earlier]) -> Change:
+        """Return the states at the start of a run: contacts may touch, press already or go on from an earlier one."""
         touching, below = [], {}
         for i, machine in enumerate(self.machines):
+            if i in earlier:
+                continue
             instant = probe.of(i).instant
             beyond = machine.is_beyond(instant.slip)
             if instant.gap < -self.tolerances.gap and beyond:
@@ -177,7 +182,9 @@ class ContactMachines:
             found = self._decide(phase, touching, probe, Change())
         else:
             found = self._strike(phase, touching, [], probe) if touching else Change()
-        found.phases |= below
+        found.phases |= below | {i: self.machines[i].resumed(of, probe.of(i).instant) for i, of in earlier.items()}
+        found.events += [(i, EventKind.IMPACT) for i in earlier]
+        found.pulls = {i: of.tangential_force for i, of in earlier.items()}
         return found
 
     def after_guard(self, phase: Phase, guard: int, lately: Sequence[int], probe: GroupProbe) -> Change:

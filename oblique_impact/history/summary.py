@@ -72,8 +72,8 @@ def balance(
     events : list of Event
         The event log.
     stretched : float
-        Part of the contact energy (J) that the axial flexibility behind the friction holds; while it holds it, the
-        quadratures count it as taken by friction.
+        Part of the contact energy (J) that the axial flexibility behind the friction has gained; while it holds it,
+        the quadratures count it as taken by friction.
     """
     kinetic, elastic, gravity, contact = parts
     supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
@@ -211,8 +211,9 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
     """
     energies = samples.kinetic, samples.elastic, samples.gravity
     kinetic, elastic, gravity = (float(values[-1]) for values in energies)
-    initial = sum(float(values[0]) for values in energies) + record.held
+    initial = sum(float(values[0]) for values in energies) + record.held + record.prestretched
     parts = kinetic, elastic, gravity, record.stored + record.stretched
+    gained = record.stretched - record.prestretched
     return {
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
@@ -221,7 +222,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
-        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, record.stretched)),
+        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, gained)),
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,

@@ -204,7 +204,7 @@ class Run:
 
     def _start(self) -> Outcome | None:
         probe = self._probe()
-        transition = self.problem.machine.start(probe)
+        transition = self.problem.machine.start(probe, self.problem.earlier.get(0))
         if transition.kind is not None:
             self._sample(self._phase)
         return self._apply(self._phase, transition, probe)
@@ -413,6 +413,8 @@ class Run:
         # what a scheme keeps ends with a phase
         self.problem.scheme.fill_extra_state(self.prepared, self._phase, self._y, self._y[self._kept :])
         contact = self._sample(self._phase)
+        if leaving is None:
+            self.record.prestretched = self._stretched()
         self._set_mark()
         guards = guard_values(self._phase, contact)
         turned = slides_stretching(self._phase.arrays, self._phase) and self._stretch(guards)

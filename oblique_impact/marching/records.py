@@ -132,6 +132,7 @@ class Record:
     held: float = 0.0  # J, in an elastic stop at the start
     stored: float = 0.0  # J, in an elastic stop at the end
     stretched: float = 0.0  # J, in the axial flexibility behind the friction at the end
+    prestretched: float = 0.0  # J, in the axial flexibility at the start
     #: times (s) at which the contact forces were one of several solutions
     ambiguous: list[float] = field(default_factory=list)
     steps: int = 0

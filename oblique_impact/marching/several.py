@@ -132,7 +132,7 @@ class MultiContactRun(Run):
 
     def _start(self) -> Outcome | None:
         probe = MultiContactProbe(self)
-        change = self.contacts.machines.start(self._phase, probe)
+        change = self.contacts.machines.start(self._phase, probe, self.problem.earlier)
         if change.events:
             self._sample(self._phase)
         return self._change(self._phase, change, probe)
@@ -218,12 +218,15 @@ class MultiContactRun(Run):
         That is their travel, since rolling is no slip, and what all forces stretch the axis up to there.
         """
         solved = self.solved
+        pulls = [
+            (row, float(force))
+            for row, force in zip(solved.rows, solved.instants[:, TANGENTIAL_FORCE], strict=True)
+            if row[STATE] != State.FREE
+        ] + [(np.array(row_of(change.phases[i])), force) for i, force in change.pulls.items()]
         for i, state in change.phases.items():
             if state.stick.compliance != 0.0 and state.state == State.STICK:
                 held = float(self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL])
-                for row, force in zip(solved.rows, solved.instants[:, TANGENTIAL_FORCE], strict=True):
-                    if row[STATE] != State.FREE:
-                        held += shared_flexibility(np.array(row_of(state)), row) * float(force)
+                held += sum(shared_flexibility(np.array(row_of(state)), row) * force for row, force in pulls)
                 change.phases[i] = state._replace(stick=state.stick._replace(slip=held))
 
     @property

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.flexibility import Flexibility
+from oblique_impact.contact.flexibility import Flexibility, end_step, take_places
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import STATE, Phase, State
@@ -24,6 +24,7 @@ from oblique_impact.marching.equations import (
     NORMAL_IMPULSE,
     OF_A_CONTACT,
     QUADRATURES,
+    STABILIZATION_LOSS,
     TANGENTIAL_IMPULSE,
 )
 from oblique_impact.marching.loop import Status
@@ -40,6 +41,7 @@ from oblique_impact.marching.time_stepping import (
     LEAST,
     LOGGED,
     MOST,
+    OF_AN_IMPACT,
     OWN_NORMAL,
     PEAK,
     PLASTIC_LOSS,
@@ -70,9 +72,33 @@ class SteppedRun(MultiContactRun):
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
         self._unlogged = deque[Array]()  # changes of the last call
+        self._counted = np.zeros((ends.shape[1], COUNTED))  # at the start
 
     def _begin(self) -> None:
-        """Begin in flight: the first step finds the contacts."""
+        """Begin in flight, but for contacts that go on from an earlier run: the first step finds others."""
+        steps, flexibility, earlier = self._steps, self._steps.flexibility, self.problem.earlier
+        own = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept].reshape(-1, OF_A_CONTACT)
+        for i, contact in earlier.items():
+            at = self.probe_of(i).instant
+            slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
+            state = STUCK if contact.state == State.STICK else slips
+            self._counted[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip]
+            self._log(np.array([0.0, i, OPEN, state, at.slip, at.gap_rate, at.slip_rate, *[0.0] * 3, *self._counted[i]]))
+            steps.states[i], steps.places[i] = state, (at.gap, at.slip, at.gap_rate)
+        if earlier and flexibility.pressed.size:
+            take_places(flexibility, float(self._y[0]), steps.places)
+            for i, contact in earlier.items():
+                forces = contact.normal_force, contact.tangential_force
+                flexibility.after[i] = float(flexibility.toward[i] @ forces)
+            end_step(flexibility, self.problem.scheme.contact_step)
+            own[:, HELD] = 0.5 * flexibility.pressed * flexibility.displaced
+            if self._massless:
+                self._quadratures()[STABILIZATION_LOSS] -= self._held()
+
+    def _enter(self, leaving: Phase | None) -> None:
+        super()._enter(leaving)
+        self._y[-self._counted.size :] = self._counted.ravel()
+        self._set_mark()
 
     def _keep(self, progress: Progress) -> None:
         self._unlogged = deque(self._steps.log[: self._steps.logged[0]])

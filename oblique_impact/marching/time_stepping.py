@@ -83,7 +83,7 @@ _STALLED = 0.5  # a correction that is no smaller than this part of the last one
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
 #: steps in which a contact closes: their impulses are those of its impact
-_OF_AN_IMPACT = 2
+OF_AN_IMPACT = 2
 
 GAP, SLIP, GAP_RATE = range(3)
 #: of the quadratures of a contact: energy (J) that the flexibility holds at its place
@@ -379,7 +379,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
         counted = counts[COUNTED * i : COUNTED * (i + 1)]
-        if not stepper.massless and (b.states[i] == OPEN or counted[STEPS] < _OF_AN_IMPACT):
+        if not stepper.massless and (b.states[i] == OPEN or counted[STEPS] < OF_AN_IMPACT):
             # of an impact that jams friction alone may give energy: only the sum is a loss
             plastic, friction = plastic + friction, 0.0
         if state != b.states[i]:
@@ -393,7 +393,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state != OPEN:
-            impact = not stepper.massless and counted[STEPS] < _OF_AN_IMPACT
+            impact = not stepper.massless and counted[STEPS] < OF_AN_IMPACT
             _count(counted, impact, b.places[i, SLIP], normal, tangential, plastic, h)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
