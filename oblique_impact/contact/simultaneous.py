@@ -157,7 +157,7 @@ class ContactMachines:
         leading = int(State.SLIP if closed.any() else State.FREE)
         return phase._replace(state=leading, arrays=phase.arrays._replace(rows=rows))
 
-    def start(self, phase: Phase, probe: GroupProbe, earlier: Mapping[int, Earlier]) -> Change:
+    def start(self, phase: Phase, probe: GroupProbe, earlier: Mapping[int, Earlier] = {}) -> Change:
         """Return the states at the start of a run: contacts may touch, press already or go on from an earlier one."""
         touching, below = [], {}
         for i, machine in enumerate(self.machines):
