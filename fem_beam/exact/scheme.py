@@ -104,7 +104,7 @@ class ExactStepper:
         instant, stop = self.scratch.samples.counts[NEXT] * solver.output_interval, self.limits.t_stop
         self._until = float(instant) if instant < stop - 1e-9 * solver.output_interval else stop
         left = self._until - self._time
-        return float(left / ceil(left / longest - 1e-9))
+        return float(left / max(1, ceil(left / longest - 1e-9)))
 
     def take(self, now: Position, length: float, end: float, y: Array) -> march.Step:
         """Take a step, or the part of it up to the first guard that falls."""

@@ -21,7 +21,7 @@ coordinates go on by Z_n: its slip is Z_tau + t Z_n, t = tan beta (`inclined`), 
 N = lambda_n - t lambda_tau, and with lambda_tau = r lambda_n the contact's laws read lambda_tau = r N/(1 - r t).
 
 The factor A_nn + r A_nt is the effective inverse normal mass of the sliding contact; where it is not
-positive the forward problem has no or several solutions (Painleve).
+positive the forward problem has no solution (Painleve), or the contact opens, also where it could hold.
 """
 
 from __future__ import annotations
@@ -254,18 +254,27 @@ def slip_velocity(phase: Phase, c: Instant) -> float:
     return c.slip_rate + phase.stick.compliance * friction_rate(phase, c)
 
 
+@inlined
+def sliding_inertia(phase: Phase, c: Instant) -> float:
+    """Effective inverse normal mass (1/kg) of a contact that slides on a rigid stop, which may be negative."""
+    return c.a_nn + friction_ratio(phase, c.slip_rate) * c.a_nt
+
+
 @jitable
 def sliding_force(phase: Phase, c: Instant) -> Forces:
-    """Contact force of a sliding contact; NO_SLIDING_SOLUTION if Painleve."""
+    """Contact force of a sliding contact, 0 of one that opens; NO_SLIDING_SOLUTION if Painleve.
+
+    Where the effective inverse mass is not positive a gap that grows without force solves the problem too, or alone.
+    """
     ratio = friction_ratio(phase, c.slip_rate)
     if phase.stop.compliant:
         if not can_slide(phase, c.slip_rate):
             return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
         push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
         return Forces(OK, push * (1.0 + phase.residual.tilt * ratio), ratio * push)
-    effective = c.a_nn + ratio * c.a_nt
+    effective = sliding_inertia(phase, c)
     if not effective > 0.0:
-        return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
+        return Forces(OK if _stabilized(phase, c) >= 0.0 else NO_SLIDING_SOLUTION, 0.0, 0.0)
     normal = -_stabilized(phase, c) / effective
     return Forces(OK, normal, ratio * normal)
 

@@ -8,6 +8,7 @@ slides has lambda_tau = r lambda_n.  The force of a compliant stop is known.  Wi
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,7 @@ from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
 
 NORMAL_DIRECTION, TANGENTIAL_DIRECTION = 0, 1
+_OUTSIDE = 1e-9  # of the friction cone: a located end of stick is at its edge but for less
 
 
 @inlined
@@ -565,6 +567,47 @@ def coupled_instant(arrays: ContactArrays, i: int) -> Instant:
         0.0,
         0.0,
     )
+
+
+def _inside_cone(phase: Phase, normal: float, tangential: float) -> Phase:
+    """Return the state of a contact, or another one if its forces (N) are outside of the friction cone."""
+    static = phase.stick.static
+    if phase.state == FREE:
+        return phase
+    if phase.state == STICKING and abs(tangential) > static * max(normal, 0.0) * (1.0 + _OUTSIDE):
+        edge = Branch(static if tangential > 0.0 else -static, 0.0, -inf, inf)
+        return phase._replace(state=SLIDING, friction=edge)
+    pulls = phase.state == SLIDING and not phase.stop.compliant and normal < 0.0
+    return phase._replace(state=FREE) if pulls else phase
+
+
+def inside_cones(phase: Phase, instant: Array, contacts: Array) -> Phase:
+    """Return a phase, or one with forces inside of the friction cones if those of an instant are not.
+
+    A contact that sticks beyond its cone is at its edge, one that pulls is without force.
+
+    Parameters
+    ----------
+    phase : Phase
+        Whose forces may be outside.
+    instant : ndarray, shape (13,)
+        The fields of `Instant` with the forces.
+    contacts : ndarray, shape (n, 13)
+        The same of several contacts.
+    """
+    arrays = phase.arrays
+    if arrays is None:
+        return _inside_cone(phase, float(instant[NORMAL_FORCE]), float(instant[TANGENTIAL_FORCE]))
+    rows = arrays.rows.copy()
+    for i, (normal, tangential) in enumerate(contacts[:, [NORMAL_FORCE, TANGENTIAL_FORCE]].tolist()):
+        own = phase_of(phase, arrays, i)
+        changed = _inside_cone(own, normal, tangential)
+        if changed is not own:
+            rows[i] = row_of(changed)
+    if np.array_equal(rows, arrays.rows):
+        return phase
+    # arrays of its own: those of the run keep what is solved for its own states
+    return phase._replace(arrays=ContactArrays(rows, *(array.copy() for array in arrays[1:])))
 
 
 def guard_values(phase: Phase, c: Instant) -> Array:

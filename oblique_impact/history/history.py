@@ -38,7 +38,13 @@ from oblique_impact.history.events import (
 )
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
-from oblique_impact.history.summary import balance_text, energy_warnings, require_summary, summarize
+from oblique_impact.history.summary import (
+    ambiguity_warnings,
+    balance_text,
+    energy_warnings,
+    require_summary,
+    summarize,
+)
 from oblique_impact.history.variables import (
     ADDED_LATER,
     OF_A_BEAM,
@@ -408,6 +414,7 @@ def beam_history(
     summary["warnings"] = [
         *implausible_values(scenario),
         *slope_warnings(scenario, variables, summary["slope_ends"]),
+        *ambiguity_warnings(record.ambiguous),
         *warnings,
         *energy_warnings(summary["energy"], np.max(kinetic), np.max(parts), scenario.solver.scheme),
     ]

@@ -75,8 +75,8 @@ def balance(
     events : list of Event
         The event log.
     stretched : float
-        Part of the contact energy (J) that the axial flexibility behind the friction holds; while it holds it, the
-        quadratures count it as taken by friction.
+        Part of the contact energy (J) that the axial flexibility behind the friction has gained; while it holds it,
+        the quadratures count it as taken by friction.
     """
     kinetic, elastic, gravity, contact = parts
     supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
@@ -148,6 +148,17 @@ def energy_warnings(
     return found
 
 
+def ambiguity_warnings(times: Sequence[float]) -> list[str]:
+    """Return a warning of the times (s) at which contact forces were one of several solutions, if there are any."""
+    if not times:
+        return []
+    at = f"at {times[0]:.6g} s" if len(times) == 1 else f"{len(times)} times from {times[0]:.6g} to {times[-1]:.6g} s"
+    return [
+        f"contact.mu_kinetic: contact forces were not unique {at} (Painleve): of several solutions that with the "
+        "fewest closed contacts was taken; with less friction there is one"
+    ]
+
+
 @dataclass(frozen=True)
 class MacroCollision:
     """A macro-collision: contacts less than the macro gap apart (SI units)."""
@@ -206,8 +217,10 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
     """
     energies = samples.kinetic, samples.elastic, samples.gravity, samples.stored
     kinetic, elastic, gravity, stored = (float(values[-1]) for values in energies)
-    initial, stretched = sum(float(values[0]) for values in energies), float(samples.stretched[-1])
-    parts = kinetic, elastic, gravity, stored + stretched
+    stretched = samples.stretched
+    initial = sum(float(values[0]) for values in (*energies, stretched))
+    parts = kinetic, elastic, gravity, stored + float(stretched[-1])
+    gained = float(stretched[-1] - stretched[0])
     return {
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
@@ -216,7 +229,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
-        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, stretched)),
+        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, gained)),
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,

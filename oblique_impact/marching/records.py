@@ -131,5 +131,7 @@ class Record:
     passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
     message: str = ""  # about the outcome, if not the outcome's own sentence
+    #: times (s) at which the contact forces were one of several solutions
+    ambiguous: list[float] = field(default_factory=list)
     steps: int = 0
     rejected: int = 0
