@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -293,17 +292,25 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
 
 
 def _contacts_in_a_row(scenario: Scenario, contacts: Sequence[Contact]) -> list[int]:
-    """Return the number of contacts of each macro-collision, at most those that begin in a period of the base.
+    """Return how often stops are met in each macro-collision, at most as often as in a period of the base.
 
-    Of a steady state on a shaken base all contacts may be one macro-collision, which has no end.
+    Places of the beam that touch an obstacle at once meet it once.  Of a steady state on a shaken base all
+    contacts may be one macro-collision, which has no end.
     """
-    base, starts = scenario.base, np.sort([contact.start for contact in contacts])
+    met = dict[int, list[Contact]]()
+    for contact in sorted(contacts, key=lambda contact: contact.start):
+        of = met.setdefault(contact.obstacle, [])
+        if of and contact.start < of[-1].end:
+            of[-1] = of[-1]._replace(end=max(of[-1].end, contact.end))
+        else:
+            of.append(contact)
+    meetings = [contact for of in met.values() for contact in of]
+    base, starts, most = scenario.base, np.sort([contact.start for contact in meetings]), len(meetings)
     frequencies = base.frequency, base.frequency + base.sweep_rate * scenario.end_time
-    slowest = min(map(abs, frequencies)) if math.copysign(1.0, frequencies[0] * frequencies[1]) > 0.0 else 0.0
-    most = len(contacts)
+    slowest = min(map(abs, frequencies)) if frequencies[0] * frequencies[1] > 0.0 else 0.0
     if base.is_shaken and not base.table and slowest > 0.0:
         most = int(np.max(np.searchsorted(starts, starts + 1.0 / slowest) - np.arange(most), initial=0))
-    return [min(c.contacts, most) for c in macro_collisions(contacts, macro_gap(scenario))]
+    return [min(c.contacts, most) for c in macro_collisions(meetings, macro_gap(scenario))]
 
 
 def _unless_interrupted(history: History) -> History:

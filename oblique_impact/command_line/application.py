@@ -106,6 +106,7 @@ def main(arguments: list[str] | None = None) -> None:
         code = Outcome.INTERRUPTED.exit_code
     finally:
         _TALKING.removeHandler(notes)
+        _TALKING.setLevel(logging.NOTSET)
     sys.exit(code)
 
 

@@ -108,6 +108,17 @@ def test_a_soft_stop_that_is_met_very_often_is_named_too():
     assert "met 21 times" in said(*soft, contacts=(3, 21))
 
 
+def test_places_that_touch_a_bed_at_once_meet_it_once():
+    """A fall onto a bed closes forty places, and the beam meets it once or twice: nothing is magnified."""
+    bed = {"kind": "side", "origin": [0.0, -0.02], "bedding": 1e5}
+    contact = {"where": "anywhere", "normal": "spring", "friction": "frictionless", "grid": 64}
+    fall = {"slope": {"enabled": False}, "contact": contact, "obstacles": [bed], "end_time": 0.45}
+    history = simulate(Scenario.from_dict(fall | {"discretization": {"frame": "mean-axis", "modes": 6}}))
+    assert history.macro_collisions[0]["contacts"] > 20
+    assert not any("not determined" in words for words in history.summary["warnings"])
+    assert history.summary["without_limit"] == []
+
+
 def converged_peak(case: tuple[str, ...], line: str) -> float:
     """The largest force (N) with half as many modes more than a line recommends, which already give it."""
     enough = advice(line)
