@@ -24,9 +24,8 @@ STEP = 5e-6  # s
 def on_pegs(pegs: int, elements: int) -> Scenario:
     """Return a beam at rest on pegs from a fifth of its length on, all of which it presses."""
     places = [0.2 + 0.75 * i / max(pegs - 1, 1) for i in range(pegs)] if pegs > 1 else [0.7]
-    return Scenario.builtin("slap").replace(
+    return Scenario.builtin("slap").adapted(
         beam__kelvin_voigt=1e-3,
-        contact__grid=1,
         discretization__elements=elements,
         end_time=STEPS * STEP,
         initial__angle=0.0,

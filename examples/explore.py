@@ -53,12 +53,14 @@ def _(knobs):
 
 @app.cell
 def _(settings):
+    stop = {"rigid": {}, "spring": {"contact__stiffness": settings["stiffness"]}}
+    normal = "rigid" if settings["rigid"] else "spring"
     scenario = Scenario.builtin("paper").replace(
         initial__angle=f"{settings['angle']} deg",
         contact__mu_static=settings["friction"],
         contact__mu_kinetic=settings["friction"],
-        contact__normal="rigid" if settings["rigid"] else "spring",
-        contact__stiffness=settings["stiffness"],
+        contact__normal=normal,
+        **stop[normal],
         beam__kelvin_voigt=settings["damping"],
         discretization__frame="mean-axis",  # the tangent frame is good for four modes at most
         discretization__modes=settings["modes"],

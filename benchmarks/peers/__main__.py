@@ -25,9 +25,8 @@ LIMITS = {"slope": (1.8194, 0.0001), "slap": (2.7104, 0.0006), "circles": (3.133
 
 
 def _ours(scenario: Scenario, elements: int, step: float) -> Found:
-    changed = scenario.replace(
-        discretization__elements=elements, solver__contact_step=step, contact__grid=elements
-    )
+    places = {"contact__grid": elements} if scenario.sides else {}
+    changed = scenario.replace(discretization__elements=elements, solver__contact_step=step, **places)
     history = simulate(changed)  # compiles what is missing
     impulse = sum(collision["normal_impulse"] for collision in history.summary["macro_collisions"])
     return Found(impulse, max(0.0, -float(history["gap"].min())), cost(changed))

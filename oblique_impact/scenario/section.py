@@ -51,7 +51,7 @@ class Section(BaseModel):
             cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in keys.items()])
 
         def __repr__(self) -> str:
-            """Return the call that makes it, with the keys that were given: those not with a fixed default value."""
+            """Return the call that makes it, of the keys that were given and are not at a fixed default."""
             given = {
                 name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set
             }

@@ -204,7 +204,7 @@ def test_a_file_keeps_a_bedding_and_takes_no_stiffness_beside_it():
         InputError, match=r"obstacles\.1\.stiffness = 2\.0: has no effect: bedding stands in its place"
     ):
         given.replace(obstacles__1__stiffness=2.0)
-    with pytest.raises(InputError, match=r"obstacles\.1\.bedding = .*: only with contact\.normal = \"spring\""):
+    with pytest.raises(InputError, match=r"obstacles\.1\.bedding = .*only with contact\.normal = \"spring\""):
         given.replace(contact__normal="rigid")
     with pytest.raises(InputError, match=r"obstacles\.1\.bedding = .*: only with kind = \"side\""):
         given.replace(obstacles__1__kind="point")

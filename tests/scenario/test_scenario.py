@@ -123,7 +123,7 @@ def test_the_resolved_file_is_complete_and_lists_what_was_not_given():
     found = tomllib.loads(Scenario.from_toml("[contact]\npoint = 0.5").to_toml())
     assert found["contact"]["point"] == 0.5
     assert (found["solver"]["scheme"], found["discretization"]["frame"]) == ("event", "tangent")
-    assert found["derived"] == {"discretization.frame": "tangent", "contact.grid": 16, "solver.scheme": "event"}
+    assert found["derived"] == {"discretization.frame": "tangent", "contact.grid": 1, "solver.scheme": "event"}
 
 
 def test_the_full_nodal_model_takes_the_scheme_and_frame_that_march_it():

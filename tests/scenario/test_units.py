@@ -63,11 +63,14 @@ def value_of(scenario: Scenario, path: str):
 @pytest.mark.parametrize(("path", "text", "number"), TEXTS)
 def test_a_text_with_a_unit_is_the_si_number_everywhere(path, text, number):
     section, _, key = path.rpartition(".")
+    sprung = key == "stiffness"  # a rigid stop has none
+    other = {"normal": "spring"} if sprung else {}
+    line = "contact.normal = 'spring'" if sprung else ""
     made = [
-        Scenario.from_toml("", [f"{path}={text}"]),
-        Scenario.from_toml(f'{path} = "{text}"'),
-        Scenario(**({section: {key: text}} if section else {key: text})),
-        Scenario().replace(**{path.replace(".", "__"): text}),
+        Scenario.from_toml("", [f"{path}={text}", *(["contact.normal=spring"] if sprung else [])]),
+        Scenario.from_toml(f'{path} = "{text}"\n{line}'),
+        Scenario(**({section: {key: text} | other} if section else {key: text})),
+        Scenario(contact=other).replace(**{path.replace(".", "__"): text}),
     ]
     for scenario in made:
         assert value_of(scenario, path) == number
