@@ -42,7 +42,7 @@ class Outcome(Enum):
     PAINLEVE = (
         "painleve",
         "Painleve configuration: the effective inverse normal mass of the sliding contact is not positive, "
-        "so the contact force has no or several solutions; lower contact.mu_kinetic or change the geometry.",
+        "and no contact force solves the problem; lower contact.mu_kinetic or change the geometry.",
     )
     CHATTERING = (
         "chattering",

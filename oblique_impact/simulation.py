@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.convergence import convergence_warnings, truncation_warnings
+from oblique_impact.beam.convergence import ALL, convergence_warnings, impacts_magnify, truncation_warnings
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.small_deflection import deflection_warnings
@@ -21,10 +22,11 @@ from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.contact.transitions import ContactMachine
+from oblique_impact.continuing import as_lists, begin_at
 from oblique_impact.errors import InputError, Interrupted, Outcome, SimulationWarning
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.samples import beam_variables, gather, section_forces
-from oblique_impact.history.summary import macro_collisions, summarize
+from oblique_impact.history.summary import ambiguity_warnings, macro_collisions, summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
@@ -32,7 +34,7 @@ from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.records import Record
+from oblique_impact.marching.records import Contact, Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.several import run_of
 from oblique_impact.marching.stepped import SteppedRun
@@ -53,7 +55,7 @@ def simulate(
     base_motion: BaseMotion | None = None,
     scheme: Scheme | None = None,
     discretization: Discretization | None = None,
-    initial_state: tuple[Array, Array] | None = None,
+    initial_state: History | tuple[Array, Array] | None = None,
 ) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
@@ -66,10 +68,12 @@ def simulate(
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.problem.Parts`.
-    initial_state : pair of ndarray, shape (coordinate,), optional
-        Coordinates and their rates at t = 0, in the place of the undeformed beam of the section `initial`: those
-        of a history of the same beam, as ``(history["q"][-1], history["qd"][-1])``.  A driven root has the speed
-        of its motion; contact begins anew, so that one that sticks holds where it now is.
+    initial_state : History or pair of ndarray, shape (coordinate,), optional
+        In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end the
+        run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
+        ``(history["q"][-1], history["qd"][-1])``, where contact begins anew: one that sticks holds where it now is,
+        and nothing is stretched along the beam.  The beam is on the side of a peg on which that state has it.  A
+        driven root has the speed of its motion.
 
     Returns
     -------
@@ -103,7 +107,7 @@ def compute_history(
     scenario: Scenario,
     on_progress: ProgressCallback | None = None,
     parts: Parts = Parts(),
-    initial_state: tuple[Array, Array] | None = None,
+    initial_state: History | tuple[Array, Array] | None = None,
 ) -> History:
     """Run a scenario as :func:`simulate` does, for callers that show the warnings in the summary themselves."""
     require_scenario(scenario, "simulate")
@@ -116,14 +120,15 @@ def compute_history(
         history = simulate_exact(scenario, on_progress, motion=parts.base_motion)
     else:
         beam = beam_of(scenario, parts)
+        start = None if initial_state is None else begin_at(beam, initial_state)
         problem = beam_problem(beam, parts)
-        if initial_state is not None:
-            q0, qd0 = beam.state_of(*initial_state)
-            problem = replace(problem, q0=q0, qd0=qd0)
+        if start is not None:
+            q0, qd0, earlier = start
+            problem = replace(problem, q0=q0, qd0=qd0, earlier=earlier if scenario.contact.enabled else {})
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
         variables = beam_variables(beam, samples)
-        contacts = [c.contacts for c in macro_collisions(record.contacts, macro_gap(scenario))]
+        contacts = _contacts_in_a_row(scenario, record.contacts)
         warnings = [
             *deflection_warnings(beam, variables),
             *convergence_warnings(beam, contacts),
@@ -131,9 +136,11 @@ def compute_history(
         ]
         forces = partial(section_forces, beam, samples, variables)
         history = beam_history(scenario, record, samples, variables, forces, wall, warnings)
+        if impacts_magnify(beam, contacts):
+            history.summary["without_limit"] = list(ALL)
     given: dict[str, Any] = {name: repr(part) for name, part in parts.given().items()}
     if initial_state is not None:
-        given["initial_state"] = [np.asarray(part).tolist() for part in initial_state]
+        given["initial_state"] = as_lists(initial_state)
     if given:
         history.summary["provenance"]["user_defined"] = given
     return _unless_interrupted(history)
@@ -246,6 +253,8 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
+    if record.ambiguous:
+        summary["warnings"] = ambiguity_warnings(record.ambiguous)
     history = History(dataset(samples.variables()), record.events, summary, None, record.contacts)
     return _warned(_unless_interrupted(history))
 
@@ -281,6 +290,20 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
         steps = isinstance(problem.scheme, TimeSteppingScheme)
         record = (SteppedRun if steps else run_of)(problem, on_progress).execute()
         return record, marching.seconds
+
+
+def _contacts_in_a_row(scenario: Scenario, contacts: Sequence[Contact]) -> list[int]:
+    """Return the number of contacts of each macro-collision, at most those that begin in a period of the base.
+
+    Of a steady state on a shaken base all contacts may be one macro-collision, which has no end.
+    """
+    base, starts = scenario.base, np.sort([contact.start for contact in contacts])
+    frequencies = base.frequency, base.frequency + base.sweep_rate * scenario.end_time
+    slowest = min(map(abs, frequencies)) if math.copysign(1.0, frequencies[0] * frequencies[1]) > 0.0 else 0.0
+    most = len(contacts)
+    if base.is_shaken and not base.table and slowest > 0.0:
+        most = int(np.max(np.searchsorted(starts, starts + 1.0 / slowest) - np.arange(most), initial=0))
+    return [min(c.contacts, most) for c in macro_collisions(contacts, macro_gap(scenario))]
 
 
 def _unless_interrupted(history: History) -> History:

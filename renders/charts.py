@@ -17,9 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from oblique_impact.beam.beam import contact_places
-from oblique_impact.history.sample_times import first_sample, last_sample
-from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.envelope import drawn
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import Box
@@ -231,7 +228,7 @@ def energy_chart(story: Story) -> tuple[str, str, list[Curve]]:
     """
     theme, kinds = story.style.colours, ("kinetic", "elastic", "gravity")
     parts = [
-        [*(geometry.values(f"energy_{kind}") for kind in kinds), stop_energy(geometry)]
+        [*(geometry.values(f"energy_{kind}") for kind in kinds), _contact_energy(geometry)]
         for geometry in story.geometries
     ]
     title, gravity = "energy", parts[0][2]
@@ -247,24 +244,10 @@ def energy_chart(story: Story) -> tuple[str, str, list[Curve]]:
     return title, "J", [*shown, Curve(time, totals[0], theme.ink, "total")]
 
 
-def stop_energy(geometry: BeamGeometry) -> Array:
-    """Return the energy (J) of an elastic stop, (samples,); 0 of a rigid one."""
-    history, times = geometry.history, geometry.times
-    scenario = geometry.scenario
-    energy, stop = np.zeros(times.size), contact_law_of(scenario, scenario.contact.stiffness)
-    if stop is None or not scenario.contact.enabled:
-        return energy
-    if geometry.anywhere:
-        columns = (history[f"contact_{name}"].values.T for name in ("gap", "slip", "state"))
-        for place, *samples in zip(contact_places(scenario), *columns, strict=True):
-            law = contact_law_of(scenario, place.stiffness, place.extent, place.cell) or stop
-            rows = zip(*samples, strict=True)
-            energy += [law.at(slip).energy(gap) if state else 0.0 for gap, slip, state in rows]
-        return energy
-    for contact in history.contacts:
-        span = slice(int(last_sample(times, contact.start)), int(first_sample(times, contact.end)) + 1)
-        energy[span] = [stop.energy(value, contact.compliance) for value in history["gap"].values[span]]
-    return energy
+def _contact_energy(geometry: BeamGeometry) -> Array:
+    """Return what stops and contact flexibilities hold (J), (samples,); 0 where an older file does not say."""
+    known = "energy_contact" in geometry.history
+    return geometry.values("energy_contact") if known else np.zeros(geometry.times.size)
 
 
 def _one_for_each_run(story: Story, values: Sequence[Array]) -> list[Curve]:

@@ -127,7 +127,8 @@ def draw_contact_map(
     pieces, x = _joined(pieces, x, np.floor(_COLUMNS * (x.mean(axis=0) - left) / (right - left)))
     pieces, x = _joined(pieces, x, shades())
     shade = shades()
-    half = length * float(np.clip(0.5 / history.scenario.contact.grid, _LEAST, _MOST))
+    parts = history.scenario.contact.grid if history.scenario.sides else 1
+    half = length * float(np.clip(0.5 / parts, _LEAST, _MOST))
     bars = [x[0], x[1], pieces.place - half, pieces.place + half]
     for number, colour in enumerate(ramp):
         axes.add_patch(PathPatch(_outline(bars, shade == number), color=colour, linewidth=0.5))

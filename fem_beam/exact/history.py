@@ -31,8 +31,8 @@ from oblique_impact.scenario.scenario import Scenario
 _BLOCK = 512
 #: Gauss points through which section forces are read at a station
 _NEAREST = 4
-#: iterations for the mean axis with a hub: the angle is small, each squares the error
-_NEWTON = 6
+#: rad, the last step of Newton's method for the mean axis with a hub, whose error is its square, and most steps
+_ANGLE, _NEWTON = 1e-10, 40
 
 
 def simulate(
@@ -170,10 +170,18 @@ class _Frame:
         """Return a field of the places (samples, n)."""
         return np.array([[getattr(place, name) for place in row] for row in self.places])
 
+    @cached_property
+    def _end_pushes(self) -> Array:
+        """Forces (N) along the slide at ends of beddings, (samples, n)."""
+        found = np.zeros((len(self.places), len(self.touchings)))
+        for i, touching in enumerate(self.touchings):
+            found[:, i] = touching.law.end_pushes(self._column("gap")[:, i], self._column("slip")[:, i])
+        return np.where(self.states != State.FREE, found, 0.0)
+
     def _of_contacts(self) -> dict[str, Column]:
         """Return the variables of several contacts, each (samples, n)."""
         contacts = self.samples.contacts
-        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T]
+        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T] + self._end_pushes
         force = normal * self._column("normal") + along * self._column("tangent")
         obstacles = [touching.obstacle for touching in self.touchings]
         return contact_variables(self.samples, obstacles, self._column("x"), self._column("point"), force)
@@ -188,9 +196,16 @@ class _Frame:
         sums, rates = _complex(self.q) @ static, _complex(self.v) @ static
         near, hub = self.q[:, 2::NODE].mean(axis=1), self.sections.hub_inertia
         theta = near + np.angle(sums * np.exp(-1j * near))
-        for _ in range(_NEWTON if hub > 0.0 else 0):
+        left = np.full(theta.shape, np.inf if hub > 0.0 else 0.0)
+        for _ in range(_NEWTON):
+            # from the mean axis of the beam alone to a first section less than a right angle away the equation is
+            # convex, and each step goes on towards the root; an angle that is not found is no number
+            if np.all(left <= _ANGLE):
+                break
             turned = sums * np.exp(-1j * theta)
-            theta = theta + (turned.imag + hub * (self.q[:, 2] - theta)) / (turned.real + hub)
+            step = (turned.imag + hub * (self.q[:, 2] - theta)) / (turned.real + hub)
+            theta, left = theta + step, np.abs(step)
+        theta = np.where(left <= _ANGLE, theta, np.nan)
         turned, turning = sums * np.exp(-1j * theta), rates * np.exp(-1j * theta)
         return theta, (turning.imag + hub * self.v[:, 2]) / (turned.real + hub)
 
@@ -294,9 +309,10 @@ class _Frame:
         beam, theta = self.beam, self.frame[0][part]
         found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
         tangents, axis = beam.fields(self.q[part]).tangent.reshape(len(theta), -1), _complex(self.q[part])
-        for row, contacts in enumerate(zip(self.places[part], self.samples.contacts[part], strict=True)):
-            for place, numbers in zip(*contacts, strict=True):
-                normal, tangential = numbers[LAMBDA_N], numbers[LAMBDA_T]
+        rows = zip(self.places[part], self.samples.contacts[part], self._end_pushes[part], strict=True)
+        for row, contacts in enumerate(rows):
+            for place, numbers, push in zip(*contacts, strict=True):
+                normal, tangential = numbers[LAMBDA_N], numbers[LAMBDA_T] + push
                 load = normal * place.normal + tangential * place.tangent
                 if load == 0.0:
                     continue

@@ -27,7 +27,7 @@ from oblique_impact.fem_beam.exact.averages import Averages, Forces
 from oblique_impact.fem_beam.exact.beam import Stage
 from oblique_impact.fem_beam.exact.sections import Array
 from oblique_impact.fem_beam.exact.step import NotConvergedError, Step, advance
-from oblique_impact.fem_beam.exact.stop import Contact, Place, PointOnSide
+from oblique_impact.fem_beam.exact.stop import Contact, Pair, Place, PointOnSide
 from oblique_impact.fem_beam.exact.system import ExactSystem
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.marching import advance as march
@@ -104,7 +104,7 @@ class ExactStepper:
         instant, stop = self.scratch.samples.counts[NEXT] * solver.output_interval, self.limits.t_stop
         self._until = float(instant) if instant < stop - 1e-9 * solver.output_interval else stop
         left = self._until - self._time
-        return float(left / ceil(left / longest - 1e-9))
+        return float(left / max(1, ceil(left / longest - 1e-9)))
 
     def take(self, now: Position, length: float, end: float, y: Array) -> march.Step:
         """Take a step, or the part of it up to the first guard that falls."""
@@ -215,7 +215,7 @@ class ExactStepper:
         state, touching, after = self._phases[i], self._touchings[i], places[i]
         if state.state == FREE:
             return guards_of(state, Instant(*after[:4]))
-        force, _ = self._closed[i].normal_force(*_middle(self._places[i], after), length)
+        force, _ = self._closed[i].normal_force(*_ends(self._places[i], after), length)
         reaction = float(step.keeping[i])
         found = guards_of(state, Instant(*after[:4], normal_force=force, tangential_force=reaction))
         if state.state == STICKING:
@@ -237,7 +237,10 @@ class ExactStepper:
 
         if at(_AT_ONCE) <= 0.0:
             return 0.0
-        return float(brentq(at, _AT_ONCE, 1.0, xtol=1e-12, rtol=1e-14)) * length
+        try:
+            return float(brentq(at, _AT_ONCE, 1.0, xtol=1e-12, rtol=1e-14)) * length
+        except (RuntimeError, ValueError) as error:  # no end in a hundred steps, or no number
+            raise NotConvergedError(str(error)) from None
 
     def _decide(self, i: int, which: int) -> int:
         """Return the guard that fell, where slip or stick ends with what follows.
@@ -254,15 +257,15 @@ class ExactStepper:
         holding = Contact(self._touchings[i], sticks=True)
         trial = self._step(length, self._closed | {i: holding})
         after, reaction = holding.touching.place(trial.stage), float(trial.keeping[i])
-        force, _ = holding.normal_force(*_middle(self._places[i], after), length)
+        force, _ = holding.normal_force(*_ends(self._places[i], after), length)
         if state == SLIDING and abs(reaction) <= self._phases[i].stick.static * force:
             return GUARDS * len(self._phases) + i
         return GUARDS * i + (UPPER if reaction < 0.0 else LOWER)
 
 
-def _middle(before: Place, after: Place) -> tuple[float, float, float]:
-    """Return the gaps (m) at both ends of a step and the mean slip (m)."""
-    return before.gap, after.gap, 0.5 * (before.slip + after.slip)
+def _ends(before: Place, after: Place) -> tuple[Pair, Pair]:
+    """Return gaps and slips (m) at both ends of a step."""
+    return (before.gap, after.gap), (before.slip, after.slip)
 
 
 class ExactScheme(Scheme):

@@ -95,7 +95,7 @@ def advance(
         q1 = q0 + move
         internal = beam.step_forces(begun, q1, relaxation)
         pushed = [_Pushed(contact, q0, q1, length) for contact in contacts]
-        outer = load + sum(contact.force * contact.direction for contact in pushed)
+        outer = load + sum(contact.load for contact in pushed)
         residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - outer
         band = inertia * beam.mass_band + internal.tangent
         try:
@@ -115,12 +115,13 @@ def advance(
 
 
 class _Pushed:
-    """A contact in an iteration: its rows (3 n,) of gap and slip, force (N) and the direction (3 n,) of that."""
+    """A contact in an iteration: its rows (3 n,) of gap and slip, its load (3 n,) and direction (3 n,)."""
 
     def __init__(self, contact: Contact, q0: Array, q1: Array, length: float) -> None:
-        gap0, gap1, slip0, slip1, self.normal, self.tangential = contact.touching.rows(q0, q1)
-        self.force, self.rate = contact.normal_force(gap0, gap1, 0.5 * (slip0 + slip1), length)
+        gaps, slips, self.normal, self.tangential = contact.touching.rows(q0, q1)
+        force, self.rate = contact.normal_force(gaps, slips, length)
         self.direction = self.normal + contact.friction * self.tangential if contact.friction else self.normal
+        self.load = force * self.direction + contact.end_push(gaps, slips) * self.tangential
         self.sticks = contact.sticks
 
 

@@ -24,8 +24,10 @@ from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam, Stage, divided_difference
 from oblique_impact.fem_beam.exact.sections import Array
 
-#: iterations for a place, which are some four, and of half an element, the last step: rounding
-_MOST_ITERATIONS, _PLACED = 40, 1e-15
+#: of half an element, the last step of the iterations for a place: a few units of rounding
+_PLACED = 2e-15
+#: of the length, a slide over which a difference of stiffnesses is mostly rounding
+_HARDLY_SLID = 1e-9
 
 
 class Place(NamedTuple):
@@ -41,16 +43,18 @@ class Place(NamedTuple):
     point: complex  # m, where the beam touches
 
 
+#: values at both ends of a step
+Pair = tuple[float, float]
+
+
 class Rows(NamedTuple):
     """A contact over a step from q0 to q1.
 
     Rows (3 n,) times q1 - q0 are the change of the gap and the displacement of the material along the tangent (m).
     """
 
-    gap0: float  # m
-    gap1: float
-    slip0: float  # m
-    slip1: float
+    gaps: Pair  # m, at both ends
+    slips: Pair  # m
     normal: Array
     tangential: Array
 
@@ -76,7 +80,7 @@ class Touching(ABC):
     def force(self, place: Place) -> float:
         """Return the normal force (N) at an instant: k d (1 + damping d') at the depth d, never pulling."""
         # at a release, the gap is zero but for rounding
-        stiffness = self.law.at(place.slip).stiffness
+        stiffness, _ = self.law.over(place.slip)
         return stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
 
     @abstractmethod
@@ -123,7 +127,7 @@ class PointOnSide(Touching):
         normal[at] = -self.tangent.imag, self.tangent.real, turning.imag
         tangential[at] = self.tangent.real, self.tangent.imag, turning.real
         (gap0, slip0), (gap1, slip1) = self._gap_and_slip(q0), self._gap_and_slip(q1)
-        return Rows(gap0, gap1, slip0, slip1, normal, tangential)
+        return Rows((gap0, gap1), (slip0, slip1), normal, tangential)
 
     def _gap_and_slip(self, q: Array) -> tuple[float, float]:
         x, y, phi = self._own(q)
@@ -198,7 +202,7 @@ class PointOnBeam(Touching):
         square = float(change @ along)
         if square > 0.0:
             normal[near] += (gap1 - gap0 - normal[near] @ change) / square * along
-        return Rows(gap0, gap1, -start.x, -end.x, normal, tangential)
+        return Rows((gap0, gap1), (-start.x, -end.x), normal, tangential)
 
     def _gap(self, at: _Found) -> float:
         return self.side * at.height - self.radius - self.half_depth
@@ -233,8 +237,8 @@ class PointOnBeam(Touching):
         # z goes from -1 to 1 in the element; quadratic in it, r = b + z (r1 + z r2)
         r1, r2, p1, p2 = 0.5 * (c - a), 0.5 * (a + c) - b, 0.5 * (u - p), 0.5 * (p + u) - o
         low, high = (-1.0, 0.0) if k == first else (0.0, 1.0)
-        z = low + float(ahead[k] / (ahead[k] - ahead[k + 1]))
-        for _ in range(_MOST_ITERATIONS):
+        z, last, placed = low + float(ahead[k] / (ahead[k] - ahead[k + 1])), 2.0, False
+        while True:
             turn = cmath.exp(1j * (o + z * (p1 + z * p2)))
             across = (b + z * (r1 + z * r2)) * turn.conjugate()
             tangent = (r1 + 2.0 * z * r2) * turn.conjugate()
@@ -243,12 +247,15 @@ class PointOnBeam(Touching):
                 high = z
             else:
                 low = z
+            if placed:
+                break
             growth = tangent.real + across.imag * bent
             step = -across.real / growth if growth > 0.0 else np.inf
-            if abs(step) < _PLACED:
-                break
-            # where Newton's method leads out of the part that holds the place, it is halved
-            z = z + step if low <= z + step <= high else 0.5 * (low + high)
+            # where a step has not halved the last one, or leads out of the part that holds the place, this is
+            # halved: so one of both is rounding in the end, mostly after four steps
+            if not (abs(step) <= 0.5 * last and low <= z + step <= high):
+                step = 0.5 * (low + high) - z
+            z, last, placed = z + step, abs(step), abs(step) <= _PLACED
         half = 0.5 * float(self.beam.x[first + 2] - self.beam.x[first])
         shapes = 0.5 * z * (z - 1.0), 1.0 - z * z, 0.5 * z * (z + 1.0)
         place = float(self.beam.x[first + 1]) + z * half
@@ -266,21 +273,30 @@ class PointOnBeam(Touching):
 class Contact:
     """A closed contact within a step: spring, and friction against the slip, or none because the point sticks.
 
-    The mean force of the spring over a step is that at its mean depth and place: its work is the change of its
-    energy, but for that of a bedding off which the beam slides.
+    The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With means of
+    both ends of a step its force k d at the mean depth d, and Dk/Ds d^2/2 against the slide, do work that is the
+    change of the energy k d^2/2 exactly (a discrete gradient).
     """
 
     touching: Touching
     friction: float = 0.0  # lambda_tau/lambda_n, against the slip
     sticks: bool = False
 
-    def normal_force(self, gap0: float, gap1: float, slip: float, length: float) -> tuple[float, float]:
-        """Mean normal force (N) of a step, its derivative by the gap at the end (N/m); `slip` (m) is the mean."""
-        k, c = self.touching.law.at(slip).stiffness, self.touching.law.damping
+    def normal_force(self, gaps: Pair, slips: Pair, length: float) -> tuple[float, float]:
+        """Mean normal force (N) of a step between gaps and slips (m), and its derivative by the last gap (N/m)."""
+        (gap0, gap1), k, c = gaps, self._stiffness(slips), self.touching.law.damping
         depth, factor = -0.5 * (gap0 + gap1), 1.0 - c * (gap1 - gap0) / length
         if factor <= 0.0:
             return 0.0, 0.0
         return k * depth * factor, -0.5 * k * factor - k * depth * c / length
+
+    def end_push(self, gaps: Pair, slips: Pair) -> float:
+        """Mean force (N) of a step along the slide, of a bedding under a place that lies over an end of it."""
+        (k0, slope0), (k1, slope1) = (self.touching.law.over(slip) for slip in slips)
+        slope, slid = 0.5 * (slope0 + slope1), slips[1] - slips[0]
+        if slope0 != slope1 and abs(slid) > _HARDLY_SLID * self.touching.beam.x[-1]:
+            slope = (k1 - k0) / slid
+        return -0.25 * slope * (gaps[0] ** 2 + gaps[1] ** 2)
 
     def gained(self, q0: Array, q1: Array, reaction: float, length: float) -> tuple[float, float, float, float]:
         """Impulses (N s), and losses by friction and the stop's damping (J), of a step from q0 to q1 (3 n,).
@@ -288,12 +304,15 @@ class Contact:
         `reaction` (N) is the force that keeps the point where it is if it sticks.
         """
         rows = self.touching.rows(q0, q1)
-        force, _ = self.normal_force(rows.gap0, rows.gap1, 0.5 * (rows.slip0 + rows.slip1), length)
+        gaps, slips = rows.gaps, rows.slips
+        force, _ = self.normal_force(gaps, slips, length)
         tangential = reaction if self.sticks else self.friction * force
         friction = -tangential * float(rows.tangential @ (q1 - q0))
-        first, last = self.touching.law.at(rows.slip0).stiffness, self.touching.law.at(rows.slip1).stiffness
-        elastic = -0.25 * (first + last) * (rows.gap0 + rows.gap1)
-        stop = (force - elastic) * (rows.gap0 - rows.gap1)
-        # springs of a bedding that the beam slides off keep what they hold
-        kept = 0.25 * (first - last) * (rows.gap0**2 + rows.gap1**2)
-        return force * length, tangential * length, friction, stop + kept
+        elastic = -0.5 * self._stiffness(slips) * (gaps[0] + gaps[1])
+        stop = (force - elastic) * (gaps[0] - gaps[1])
+        return force * length, tangential * length, friction, stop
+
+    def _stiffness(self, slips: Pair) -> float:
+        """Mean stiffness (N/m) of a step between two slips (m)."""
+        first, last = (self.touching.law.over(slip)[0] for slip in slips)
+        return 0.5 * (first + last)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from oblique_impact.kernels.jit import compiled_protocol, inlined, jitable
 from oblique_impact.kernels.workspace import Array, Vectors
 
-_MOST_ITERATIONS, _PLACED = 20, 1e-15  # of Newton's method for a place; of the length: a few units of rounding
+_PLACED = 1e-15  # of lengths, the last step of Newton's method for a place: a few units of rounding
 #: the error of a polynomial of this degree on a panel of half a wave number (rad) is 2e-16 of the function
 _DEGREE, _HALF_PANEL = 11, 0.5
 
@@ -226,19 +226,29 @@ class ContactKinematics(NamedTuple):
 def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, Axis]:
     """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
 
-    Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam.
+    Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam; some four steps are usual.  A
+    step that has not halved the last one, or leads out of the bracket, gives way to the middle of the bracket; the
+    tangents at the ends of the beam go on for ever, so that there is one.  So steps or brackets halve until they
+    are rounding; of a state that is no number the place is none.
     """
-    x = X - radius
-    axis = s.bent_axis(x, B, polynomial)
-    for _ in range(_MOST_ITERATIONS):
+    x, low, high, last, placed = X - radius, -np.inf, np.inf, 4.0 * s.edges[-1], False
+    rounding = _PLACED * (s.edges[-1] + abs(X) + abs(Y))
+    while True:
+        axis = s.bent_axis(x, B, polynomial)
         along, across, steep = radius + x + axis.u_x - X, axis.u_y - Y, 1.0 - 0.5 * axis.slope * axis.slope
         value = along * steep + across * axis.slope
         rate = steep * steep + axis.slope * axis.slope + (across - along * axis.slope) * axis.curvature
-        x -= value / rate
-        axis = s.bent_axis(x, B, polynomial)
-        if abs(value / rate) < _PLACED * s.edges[-1]:
-            break
-    return x, axis
+        if placed or not abs(value) < np.inf:
+            return x, axis
+        if value > 0.0:
+            high = x
+        else:
+            low = x
+        step = -value / rate if rate > 0.0 else np.inf
+        if not (abs(step) <= 0.5 * last and low <= x + step <= high):
+            away = 2.0 * last if value < 0.0 else -2.0 * last
+            step = 0.5 * (low + high) - x if high - low < np.inf else away
+        x, last, placed = x + step, abs(step), abs(step) <= rounding
 
 
 @jitable

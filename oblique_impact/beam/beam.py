@@ -80,19 +80,28 @@ class Energies(NamedTuple):
     gravity: Array
 
 
-def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
-    """Damping matrix (n, n): Kelvin-Voigt, mass-proportional, and 2 zeta omega_i on each elastic eigenmode.
+class ElasticModes(NamedTuple):
+    """Elastic modes of the beam with its root, and how fast damping by mass and by mode takes their velocities.
 
-    The mass is that of the elastic coordinates, with the hub's.
+    A root that is free to turn does so in these modes, by theta = -c.B/J with coupling c and inertia J of beam and
+    hub: in the mass [J, c; c^T, M_B] they are orthogonal to the swing, which is theta alone.  Their mass is then
+    M_B - c c^T/J in the rows of B and nothing in that of theta, in any frame: the swing is not damped.
     """
-    beam, mass = scenario.beam, operators.elastic_mass
-    matrix = beam.kelvin_voigt * operators.K + beam.mass_proportional * mass
-    if beam.modal_damping_ratio > 0.0:
-        squares, modes = eigh(operators.K, mass)
-        weighted = mass @ modes
-        rates = 2.0 * beam.modal_damping_ratio * np.sqrt(np.maximum(squares, 0.0))
-        matrix = matrix + (weighted * rates) @ weighted.T
-    return np.ascontiguousarray(matrix)
+
+    mass: Array  # (n, n) kg
+    modes: Array  # (n, n) of the modal mass 1
+    rates: Array  # (n,) 1/s, mass_proportional + 2 modal_damping_ratio omega
+
+    @classmethod
+    def of(cls, scenario: Scenario, operators: BeamOperators) -> ElasticModes:
+        """Take the modes of dense operators."""
+        beam, o = scenario.beam, operators
+        mass = o.elastic_mass
+        if scenario.root.kind != "driven":
+            mass = mass - np.outer(o.coupling, o.coupling) / o.inertia
+        squares, modes = eigh(o.K, mass)
+        frequencies = np.sqrt(np.maximum(squares, 0.0))
+        return cls(mass, modes, beam.mass_proportional + 2.0 * beam.modal_damping_ratio * frequencies)
 
 
 class Beam:
@@ -150,7 +159,7 @@ class Beam:
             frame.ELASTIC_MASS: o.elastic_mass,
             frame.SPIN_STIFFNESS: o.M1 - kept * o.C,
             frame.STIFFNESS: o.K,
-            frame.DAMPING: damping_matrix(s, o),
+            frame.DAMPING: self._damping_matrix(),
             frame.GRAVITY_STIFFNESS: kept * o.D,
             frame.CONTACT_SHORTENING: shortening * o.contact_shortening,
             frame.MASS_INVERSE: 0.5 * (inverse + inverse.T),
@@ -197,6 +206,26 @@ class Beam:
         places = np.array([place.numbers[0] if place.on_side else np.nan for place in self.contact_places])
         angles = [place.numbers[1] - s.initial.angle if place.on_side else 0.0 for place in self.contact_places]
         return Flexibility.along(along, places, np.where(np.cos(angles) >= 0.0, 1.0, -1.0))
+
+    @cached_property
+    def _elastic_modes(self) -> ElasticModes:
+        return ElasticModes.of(self.scenario, self.operators)
+
+    def _damping_matrix(self) -> Array:
+        """Damping matrix (n, n) of B: Kelvin-Voigt, by mass and by mode."""
+        beam, matrix = self.scenario.beam, self.scenario.beam.kelvin_voigt * self.operators.K
+        if beam.mass_proportional > 0.0 or beam.modal_damping_ratio > 0.0:
+            share = self._elastic_modes.mass @ self._elastic_modes.modes
+            matrix = matrix + (share * self._elastic_modes.rates) @ share.T
+        return np.ascontiguousarray(matrix)
+
+    def slowed(self, Bd: Array) -> Array | None:
+        """Rates of B' (n, samples) by which damping by mass and by mode slows elastic modes; None without it."""
+        beam = self.scenario.beam
+        if beam.modal_damping_ratio > 0.0:
+            mass, modes, rates = self._elastic_modes
+            return np.asarray((modes * rates) @ (modes.T @ (mass @ Bd)))
+        return beam.mass_proportional * Bd if beam.mass_proportional > 0.0 else None
 
     def _places(self) -> Places | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""

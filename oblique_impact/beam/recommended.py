@@ -49,7 +49,9 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     beam, contact = scenario.beam, scenario.contact
     varies = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment)) or beam.tip_mass > 0.0
     frame = frame_for_many_modes(scenario)
-    damped = beam.kelvin_voigt or beam.modal_damping_ratio or beam.mass_proportional
+    damped = beam.kelvin_voigt
+    if not (contact.enabled and is_stiff(scenario)):  # which Kelvin-Voigt damping alone gives a limit
+        damped = damped or beam.modal_damping_ratio or beam.mass_proportional
     light = light_damping(scenario)
     share = f"{100.0 * LIGHT:g} % of critical in the first bending mode, as of a plain metal beam; measure yours"
     wanted: dict[str, tuple[Any, str]] = {
@@ -63,7 +65,8 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     values = {key: value for key, (value, _) in wanted.items()}
     if "discretization.modes" not in kept:  # with many elements: the higher half of their modes is inaccurate
         values["discretization.modes"] = _LEAST
-        values["discretization.elements"] = max(MAX_MODES, scenario.discretization.elements)
+        if values.get("discretization.method", scenario.discretization.method) == "fem":
+            values["discretization.elements"] = max(MAX_MODES, scenario.discretization.elements)
     found = _with(scenario, values)
     if "discretization.modes" not in kept:
         count, why = _LEAST, "few are enough"
@@ -82,7 +85,7 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
 
 
 def _with(scenario: Scenario, values: dict[str, Any]) -> Scenario:
-    return scenario.replace(**{key.replace(".", "__"): value for key, value in values.items()})
+    return scenario.adapted(**{key.replace(".", "__"): value for key, value in values.items()})
 
 
 _FRAMES = {

@@ -182,19 +182,41 @@ def _weights(beam: Beam, motion: Motion) -> Array:
 
 
 def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, Array]:
-    """Return the sums of :func:`_sum_along`: over the whole beam with its tip mass, and up to the stations."""
+    """Return the sums over masses: over the whole beam with its tip mass, and up to the stations.
+
+    They are u_x and two derivatives; sums of m x and of m y with two derivatives each, of m times
+    :func:`_turning`; each (10, samples) or (10, stations, samples).
+    """
     stations, sections = beam.operators.stations, beam.operators.sections
     table, samples = stations.quadrature, B.shape[2]
-    # mass-proportional damping is an external load; the other kinds are part of the bending moment
-    loads = B.copy()
-    loads[:, 2] += beam.scenario.beam.mass_proportional * B[:, 1]
     sums = np.zeros((table.points.size // table.order + 1, _SUMS, samples))
-    _sum_along(points, spins, _applied(table.slopes, B), _applied(table.values, loads), sums)
-    x, y = sums[-1, :3].copy(), _applied(stations.values[-1:], loads)[0]
-    x[0] += sections.hub_radius + sections.length
+    x, y = _axial_along(points, _applied(table.slopes, B), sums), _applied(table.values, B)
+    tip_x, tip_y = sums[-1, :3].copy(), _applied(stations.values[-1:], B)[0]
+    tip_x[0] += sections.hub_radius + sections.length
+    slowed = beam.slowed(B[:, 1])
+    if slowed is not None:
+        # a load like that of inertia; Kelvin-Voigt damping is part of the bending moment
+        loads = _without_swing(beam, np.append(x[:, 0], tip_x[:1], axis=0), slowed)
+        y[:, 2] += loads[:-1]
+        tip_y[2] += loads[-1]
+    _add_masses(points, spins, x, y, sums)
     whole = sums[-1].copy()
-    whole[3:] += sections.tip_mass * np.concatenate([x, y, _turning(x, y, *spins)[None]])
+    whole[3:] += sections.tip_mass * np.concatenate([tip_x, tip_y, _turning(tip_x, tip_y, *spins)[None]])
     return whole, np.moveaxis(sums[stations.cells // table.order], 1, 0)
+
+
+def _without_swing(beam: Beam, X: Array, B: Array) -> Array:
+    """Deflections (points, samples) of B (n, samples), turned until beam and hub have no moment about their axis.
+
+    X (points, samples) are the positions of the points of mass along the frame.  A driven root does not turn.
+    """
+    deflections = beam.deflections(B)
+    if beam.scenario.root.kind == "driven":
+        return deflections
+    (arms, masses), hub = beam.masses, beam.hub_inertia
+    X = masses[:, None] * X
+    turn = np.einsum("is,is->s", X, deflections) + hub * (beam.operators.root_slope @ B)
+    return np.asarray(deflections - np.outer(arms, turn / (arms @ X + hub)))
 
 
 def _turning(x: Array, y: Array, spin: Array, spin_rate: Array) -> Array:
@@ -208,20 +230,11 @@ def _turning(x: Array, y: Array, spin: Array, spin_rate: Array) -> Array:
     return found
 
 
-def _sum_along(points: _Points, spins: Array, slopes: Array, y: Array, sums: Array) -> None:
-    """Integrals and sums over masses from the root to the ends of the panels.
+def _axial_along(points: _Points, slopes: Array, sums: Array) -> Array:
+    """Positions r + x + u_x of the points, with two derivatives, (nq, 3, samples); u_x at the ends of the panels.
 
-    Parameters
-    ----------
-    points : _Points
-        Of the quadrature.
-    spins : ndarray, shape (2, samples)
-        theta' and theta''.
-    slopes, y : ndarray, shape (nq, 3, samples)
-        Slope of the axis and transverse position, with two derivatives.
-    sums : ndarray, shape (panels + 1, 10, samples)
-        Zero, to be filled: u_x and two derivatives; sums of m x and of m y with two derivatives each, of m times
-        :func:`_turning`.
+    `slopes` (nq, 3, samples) are those of the axis with two derivatives; `sums` (panels + 1, 10, samples), zero,
+    take u_x.
     """
     order, (count, _, samples) = len(points.inside), slopes.shape
     s, s1, s2 = slopes.swapaxes(0, 1)
@@ -231,11 +244,19 @@ def _sum_along(points: _Points, spins: Array, slopes: Array, y: Array, sums: Arr
     weights = points.weights.reshape(-1, 1, order)
     _add_panels(weights, rates, sums[1:, :3])
     inside = weights.sum(axis=2)[:, :, None] * points.inside
-    x = (inside @ panels).reshape(-1, order, 3, samples) + sums[:-1, None, :3]
-    x = x.reshape(count, 3, samples)
+    shortened = (inside @ panels).reshape(-1, order, 3, samples) + sums[:-1, None, :3]
+    x: Array = shortened.reshape(count, 3, samples)
     x[:, 0] += points.arms[:, None]
+    return x
+
+
+def _add_masses(points: _Points, spins: Array, x: Array, y: Array, sums: Array) -> None:
+    """Add up m x and m y, each (nq, 3, samples) with two derivatives, and m times :func:`_turning`.
+
+    `spins` (2, samples) are theta' and theta''.
+    """
     turned = _turning(x.swapaxes(0, 1), y.swapaxes(0, 1), *spins)[:, None]
-    masses = points.masses.reshape(-1, 1, order)
+    masses = points.masses.reshape(-1, 1, len(points.inside))
     for part, columns in ((x, slice(3, 6)), (y, slice(6, 9)), (turned, slice(9, 10))):
         _add_panels(masses, part, sums[1:, columns])
 

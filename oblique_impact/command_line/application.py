@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import warnings
@@ -22,6 +23,8 @@ from oblique_impact.errors import FileWarning, InputError, Interrupted, Outcome
 
 #: shells ask for completions by this variable (typer derives it from the name of the program)
 _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
+#: whose log is printed: how a mesh was read
+_TALKING = logging.getLogger("oblique_impact.scenario.mesh_file")
 #: in the order of the help page
 COMMANDS: dict[str, Callable[..., None]] = {
     command.__name__: command
@@ -41,6 +44,13 @@ COMMANDS: dict[str, Callable[..., None]] = {
         schema,
     )
 }
+
+
+class _Notes(logging.Handler):
+    """Prints what is logged as a note."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        print_note(record.getMessage())
 
 
 def application() -> Any:
@@ -85,12 +95,17 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else arguments
     if _COMPLETE in os.environ:  # the shell asks for completions
         application().main(prog_name="oblique-impact", complete_var=_COMPLETE)
+    notes = _Notes()
+    _TALKING.addHandler(notes)
+    _TALKING.setLevel(logging.INFO)
     try:
         code = _call(given or ["--help"])
     except KeyboardInterrupt as interrupt:
         details = () if isinstance(interrupt, Interrupted) else interrupt.args
         print_note(": ".join(["interrupted", *map(str, details)]))
         code = Outcome.INTERRUPTED.exit_code
+    finally:
+        _TALKING.removeHandler(notes)
     sys.exit(code)
 
 

@@ -35,6 +35,8 @@ def run(
     warnings = implausible_values(chosen)
     for warning in [*warnings, *_size_notes(chosen)]:
         print_note(f"warning: {warning}")
+    for line in chosen.taken_defaults:
+        print_note(f"note: {line}")
     with writing(out):
         replaced = (out / "history.nc").exists()
         try:

@@ -1,12 +1,15 @@
 """Several contacts at once, by complementarity: which stay closed, which stick, and how impulses are shared.
 
 In a plane Coulomb's law with stick is a linear complementarity problem (Loetstedt, SIAM J. Appl. Math. 42, 1982;
-Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996), which Lemke's method solves exactly.
+Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996), which Lemke's method solves exactly.  With
+much friction there may be several solutions or none, and a ray of Lemke's method does not say which: of a few
+contacts all states are tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +22,10 @@ from oblique_impact.kernels.workspace import Array
 _PIVOT = 1e-11  # of the largest entry of a column: a smaller one is rounding
 _TIE = 1e-13  # of the largest entry of the vector: ratios that differ by less are equal
 _MOST_PIVOTS = 50  # per unknown; random problems need about one
+_MOST_TRIED = 4  # contacts of which all states are tried, up to 4^n of them
+#: of the terms of an acceleration or of the largest force: what is rounding, and what tells two motions apart
+_ROUNDED, _APART = 1e-9, 1e-6
+_DETERMINED = 1e-12  # a determinant of rows of length 1, of which a smaller one is rounding
 
 
 class NoSolutionError(Exception):
@@ -116,6 +123,7 @@ class Solution(NamedTuple):
 
     forces: Array  # N
     accelerations: Array  # m/s^2, of gap and slip
+    several: bool = False  # whether there are other solutions, with other accelerations
 
 
 def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> Solution:
@@ -127,7 +135,8 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
         0 <= b _|_ s + slip'' >= 0,   0 <= c _|_ s - slip'' >= 0,   0 <= s _|_ mu lambda_n - b - c >= 0
 
     In this form the matrix of contacts at rest is copositive, so that Lemke's method finds their forces
-    (Stewart and Trinkle, Int. J. Numer. Meth. Eng. 39, 1996).
+    (Stewart and Trinkle, Int. J. Numer. Meth. Eng. 39, 1996).  Of several solutions of up to four contacts that
+    with the fewest closed ones is taken.
 
     Parameters
     ----------
@@ -141,8 +150,88 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
     Raises
     ------
     RunEnded
-        With the outcome Painleve, if no forces exist.
+        With the outcome Painleve, if no forces exist, or of more than four contacts if none are found.
     """
+    found = _by_pivots(delassus, free, candidates)
+    if len(candidates) <= _MOST_TRIED:
+        cases = _Cases(delassus, free, candidates)
+        solutions = [] if found is None else [found]
+        if found is None or not cases.are_coherent:
+            solutions += cases.solutions()
+        if solutions:
+            fewest = min(solutions, key=lambda solution: np.count_nonzero(solution.forces[:, 0]))
+            return fewest._replace(several=any(_differ(delassus, fewest, other) for other in solutions))
+    if found is None:
+        raise RunEnded(Outcome.PAINLEVE)
+    return found
+
+
+def _differ(delassus: Array, one: Solution, other: Solution) -> bool:
+    """Whether two solutions are different motions; redundant contacts may share their forces in several ways."""
+    forces = np.abs(one.forces) + np.abs(other.forces)
+    size = np.abs(one.accelerations) + np.abs(other.accelerations) + np.tensordot(np.abs(delassus), forces, axes=2)
+    return bool(np.any(np.abs(one.accelerations - other.accelerations) > _APART * size))
+
+
+class _Cases:
+    """The linear equations of all states that n contacts may have, the arguments as of :func:`contact_forces`."""
+
+    def __init__(self, delassus: Array, free: Array, candidates: Sequence[Candidate]) -> None:
+        n = len(candidates)
+        self._delassus, self._free, self._candidates = delassus.reshape(2 * n, 2 * n), free, candidates
+        self._rigid = np.array([c.push is None for c in candidates])
+        # open or closed, and lambda_tau / lambda_n; NaN: it sticks
+        choices = [
+            [(0.0, 0.0)] * (c.push is None)
+            + [(1.0, ratio) for ratio in ([c.ratio] if c.slip else [np.nan, c.static, -c.static])]
+            for c in candidates
+        ]
+        states = np.array(list(product(*choices)))  # (cases, n, 2)
+        self._closed, self._ratios = states[:, :, 0] > 0.0, states[:, :, 1]
+        self._sticks = np.isnan(self._ratios)
+        unit, rows = np.eye(2 * n).reshape(n, 2, -1), delassus.reshape(n, 2, -1)
+        ratios = np.where(self._sticks, 0.0, self._ratios)[:, :, None]
+        normal = np.where((self._closed & self._rigid)[:, :, None], rows[:, 0], unit[:, 0])
+        tangential = np.where(self._sticks[:, :, None], rows[:, 1], unit[:, 1] - ratios * unit[:, 0])
+        self._equations = np.stack([normal, tangential], axis=2).reshape(-1, 2 * n, 2 * n)
+        sizes = np.prod(np.linalg.norm(self._equations, axis=2), axis=1)
+        self._determinants = np.linalg.det(self._equations) / sizes
+
+    @property
+    def are_coherent(self) -> bool:
+        """Whether there is one solution for any free accelerations: all determinants have one sign.
+
+        Forces and accelerations are a normal map of a polyhedral set (Robinson, Math. Oper. Res. 17, 1992).
+        """
+        return bool(np.all(self._determinants > -_DETERMINED))
+
+    def solutions(self) -> Iterator[Solution]:
+        """Yield the solutions whose states determine the forces."""
+        n, chosen = len(self._candidates), np.abs(self._determinants) > _DETERMINED
+        closed, ratios, sticks = self._closed[chosen], self._ratios[chosen], self._sticks[chosen]
+        pushes = np.array([c.push or 0.0 for c in self._candidates])
+        static = np.array([c.static for c in self._candidates])
+        resting = np.array([c.slip == 0 for c in self._candidates])
+        normal = np.where(closed & self._rigid, -self._free[:, 0], pushes)
+        right = np.stack([normal, np.where(sticks, -self._free[:, 1], 0.0)], axis=2).reshape(-1, 2 * n, 1)
+        forces = np.linalg.solve(self._equations[chosen], right)[:, :, 0]
+        found = self._free + (forces @ self._delassus.T).reshape(-1, n, 2)
+        terms = np.abs(self._free) + (np.abs(forces) @ np.abs(self._delassus).T).reshape(-1, n, 2)
+        small = _ROUNDED * np.max(np.abs(forces), axis=1)[:, None]
+        forces = forces.reshape(-1, n, 2)
+        pulls = self._rigid & (forces[:, :, 0] < -small)
+        sinks = self._rigid & (found[:, :, 0] < -_ROUNDED * terms[:, :, 0])
+        leaves = sticks & (np.abs(forces[:, :, 1]) > static * forces[:, :, 0] + small)
+        along = resting & (found[:, :, 1] * np.sign(np.nan_to_num(ratios)) > _ROUNDED * terms[:, :, 1])
+        for case in np.flatnonzero(~np.any(pulls | sinks | leaves | along, axis=1)):
+            holds = ~self._rigid | (closed[case] & (forces[case, :, 0] > small[case]))
+            # what a state says is 0 is that exactly
+            found[case, closed[case] & self._rigid, 0] = found[case, sticks[case], 1] = 0.0
+            yield Solution(forces[case] * holds[:, None], found[case])
+
+
+def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> Solution | None:
+    """Return the solution by Lemke's method, None where it ends in a ray."""
     n = len(candidates)
     normal = [i for i, c in enumerate(candidates) if c.push is None]
     resting = [i for i, c in enumerate(candidates) if c.slip == 0]
@@ -172,7 +261,7 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
     try:
         z = lemke(matrix, vector)
     except NoSolutionError:
-        raise RunEnded(Outcome.PAINLEVE) from None
+        return None
     forces = known + shares @ z
     found = free + np.tensordot(delassus, forces, axes=2)
     # what is not in the basis is 0 exactly, what is computed from it only to rounding

@@ -21,7 +21,7 @@ coordinates go on by Z_n: its slip is Z_tau + t Z_n, t = tan beta (`inclined`), 
 N = lambda_n - t lambda_tau, and with lambda_tau = r lambda_n the contact's laws read lambda_tau = r N/(1 - r t).
 
 The factor A_nn + r A_nt is the effective inverse normal mass of the sliding contact; where it is not
-positive the forward problem has no or several solutions (Painleve).
+positive the forward problem has no solution (Painleve), or the contact opens, also where it could hold.
 """
 
 from __future__ import annotations
@@ -81,7 +81,17 @@ def share_of(slip: float, first: float, last: float, cell: float) -> tuple[float
             share, fading = share - 1.0 + (slip - first) / cell, fading + 1.0 / cell
         if last - slip < cell:
             share, fading = share - 1.0 + (last - slip) / cell, fading - 1.0 / cell
-    return max(0.0, share), fading
+    return (share, fading) if share > 0.0 else (0.0, 0.0)
+
+
+@inlined
+def end_push(stop: Stop, gap: float) -> float:
+    """Force (N) along the slide of a bedding under a cell of the beam that lies over an end of it.
+
+    It is what the energy 1/2 k d^2 of springs under the cell changes by as more or fewer of them lie there.
+    """
+    depth = max(0.0, -gap)
+    return -0.5 * stop.stiffness * stop.fading * depth * depth
 
 
 @inlined
@@ -108,33 +118,54 @@ def stop_force(stop: Stop, residual: Residual, gap: float, gap_rate: float) -> f
         return max(0.0, (depth + residual.relaxation * rate) / residual.compliance)
     if depth == 0.0:
         return 0.0
-    force, share = _force_in_series(stop, residual.compliance, depth, rate)
-    return max(0.0, force * (1.0 + residual.relaxation * share * rate / depth))
+    force = _force_in_series(stop.law, stop, residual.compliance, depth, rate)
+    return max(0.0, force * (1.0 + residual.relaxation * residual.compliance * force * rate / (depth * depth)))
 
 
 @jitable
-def _force_in_series(stop: Stop, compliance: float, depth: float, rate: float) -> tuple[float, float]:
-    """Force (N) of a stop behind a spring of this compliance (m/N), and the spring's share of the depth.
+def _force_in_series(law: Law | None, stop: Stop, compliance: float, depth: float, rate: float) -> float:
+    """Force (N) of a stop behind a spring of this compliance (m/N), which take the depth (m) together.
 
-    The regula falsi (Illinois) finds it at once where the law is a straight line.
+    The stop's part of the rate is its part of the depth at rest: the spring follows without inertia.  The compiler
+    drops one of the two branches.
     """
-    low, high = 0.0, own_force(stop, depth, rate)
-    above, below, force = high, 0.0, high
-    for iteration in range(60):  # some ten of a law that is curved; the rest is a bound
-        share = min(1.0, compliance * force / depth)
-        error = own_force(stop, depth * (1.0 - share), rate * (1.0 - share)) - force
-        if abs(error) <= 1e-14 * force:
-            break
+    if law is None:
+        stiffness = stop.share * stop.stiffness
+        stiffness *= 1.0 + stop.damping * rate / (1.0 + stiffness * compliance)
+        return depth / (1.0 / stiffness + compliance) if stiffness > 0.0 else 0.0
+    if rate != 0.0:
+        rate *= 1.0 - compliance * _bracketed_force(stop, compliance, depth, 0.0) / depth
+    return _bracketed_force(stop, compliance, depth, rate)
+
+
+@jitable
+def _bracketed_force(stop: Stop, compliance: float, depth: float, rate: float) -> float:
+    """Force (N) of a stop of any law at the compression (m) that a spring in series leaves it, at a given rate.
+
+    The regula falsi (Illinois); where a step has not halved the bracket the next one does, so that it ends, at the
+    latest with two neighbouring numbers.  Some ten steps are usual.  A law that pushes more than the spring bears
+    where it is not yet compressed leaves the spring the whole depth.
+    """
+    above = own_force(stop, depth, rate)
+    low, high, halve = 0.0, min(above, depth / compliance), False
+    below = high - own_force(stop, max(0.0, depth - compliance * high), rate)
+    if not below > 0.0:
+        return high
+    while True:
+        middle = low + 0.5 * (high - low)
+        if not low < middle < high:
+            return high
+        force = middle if halve else (low * below + high * above) / (above + below)
+        if not low < force < high:
+            force = middle
+        width, error = high - low, own_force(stop, max(0.0, depth - compliance * force), rate) - force
+        if abs(error) <= 1e-15 * force:  # of a law that grows with the depth the force is as close
+            return force
         if error > 0.0:
-            below *= 0.5
-            if iteration == 0:  # as it opens fast, a damped stop pushes more the less it is compressed
-                high = depth / compliance
-                below = -high
-            low, above = force, error
+            low, above, below = force, error, 0.5 * below
         else:
-            high, below, above = force, error, above if iteration == 0 else 0.5 * above
-        force = low + (high - low) * above / (above - below)
-    return force, min(1.0, compliance * force / depth)
+            high, below, above = force, -error, 0.5 * above
+        halve = high - low > 0.5 * width
 
 
 @jitable
@@ -223,18 +254,27 @@ def slip_velocity(phase: Phase, c: Instant) -> float:
     return c.slip_rate + phase.stick.compliance * friction_rate(phase, c)
 
 
+@inlined
+def sliding_inertia(phase: Phase, c: Instant) -> float:
+    """Effective inverse normal mass (1/kg) of a contact that slides on a rigid stop, which may be negative."""
+    return c.a_nn + friction_ratio(phase, c.slip_rate) * c.a_nt
+
+
 @jitable
 def sliding_force(phase: Phase, c: Instant) -> Forces:
-    """Contact force of a sliding contact; NO_SLIDING_SOLUTION if Painleve."""
+    """Contact force of a sliding contact, 0 of one that opens; NO_SLIDING_SOLUTION if Painleve.
+
+    Where the effective inverse mass is not positive a gap that grows without force solves the problem too, or alone.
+    """
     ratio = friction_ratio(phase, c.slip_rate)
     if phase.stop.compliant:
         if not can_slide(phase, c.slip_rate):
             return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
         push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
         return Forces(OK, push * (1.0 + phase.residual.tilt * ratio), ratio * push)
-    effective = c.a_nn + ratio * c.a_nt
+    effective = sliding_inertia(phase, c)
     if not effective > 0.0:
-        return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
+        return Forces(OK if _stabilized(phase, c) >= 0.0 else NO_SLIDING_SOLUTION, 0.0, 0.0)
     normal = -_stabilized(phase, c) / effective
     return Forces(OK, normal, ratio * normal)
 

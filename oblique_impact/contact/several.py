@@ -8,6 +8,7 @@ slides has lambda_tau = r lambda_n.  The force of a compliant stop is known.  Wi
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from oblique_impact.contact.forces import (
     SINGULAR,
     accelerate,
     drift_of,
+    end_push,
     flying,
     friction_rate,
     friction_ratio,
@@ -41,6 +43,7 @@ from oblique_impact.contact.state import (
     FIRST,
     FREE,
     GAP,
+    GAP_ACCELERATION,
     GAP_RATE,
     GUARDS,
     HELD,
@@ -56,6 +59,7 @@ from oblique_impact.contact.state import (
     SIDE,
     SLIDING,
     SLIP,
+    SLIP_ACCELERATION,
     SLIP_RATE,
     SLOPE,
     STATE,
@@ -76,6 +80,7 @@ from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
 
 NORMAL_DIRECTION, TANGENTIAL_DIRECTION = 0, 1
+_OUTSIDE = 1e-9  # of the friction cone: a located end of stick is at its edge but for less
 
 
 @inlined
@@ -250,7 +255,32 @@ def take_contacts(
         arrays.biases[i, 0], arrays.biases[i, 1] = k.gap_bias, k.slip_bias
         for j in range(arrays.instants.shape[1]):
             arrays.instants[i, j] = c[j]
+    if phase.stop.compliant:
+        _push_at_ends(arrays, phase, v.free_acceleration)
     return least, fastest
+
+
+@jitable
+def push_at_end(arrays: ContactArrays, phase: Phase, i: int) -> float:
+    """Force (N) along the slide at contact i where the beam lies over the end of a bedding."""
+    if arrays.rows[i, CELL] == 0.0 or arrays.rows[i, STATE] == FREE:
+        return 0.0
+    return end_push(phase_of(phase, arrays, i).stop, arrays.instants[i, GAP])
+
+
+@jitable
+def _push_at_ends(arrays: ContactArrays, phase: Phase, free_acceleration: Array) -> None:
+    """Add the known forces at the ends of beddings, which are no friction, to the free accelerations."""
+    for i in range(arrays.rows.shape[0]):
+        push, response = push_at_end(arrays, phase, i), arrays.responses[i, 1]
+        if push == 0.0:
+            continue
+        for j in range(free_acceleration.shape[0]):
+            free_acceleration[j] += push * response[j]
+        for k in range(arrays.rows.shape[0]):
+            if arrays.rows[k, STATE] != FREE:
+                arrays.instants[k, GAP_ACCELERATION] += push * dot(arrays.directions[k, 0], response)
+                arrays.instants[k, SLIP_ACCELERATION] += push * dot(arrays.directions[k, 1], response)
 
 
 @jitable
@@ -537,6 +567,47 @@ def coupled_instant(arrays: ContactArrays, i: int) -> Instant:
         0.0,
         0.0,
     )
+
+
+def _inside_cone(phase: Phase, normal: float, tangential: float) -> Phase:
+    """Return the state of a contact, or another one if its forces (N) are outside of the friction cone."""
+    static = phase.stick.static
+    if phase.state == FREE:
+        return phase
+    if phase.state == STICKING and abs(tangential) > static * max(normal, 0.0) * (1.0 + _OUTSIDE):
+        edge = Branch(static if tangential > 0.0 else -static, 0.0, -inf, inf)
+        return phase._replace(state=SLIDING, friction=edge)
+    pulls = phase.state == SLIDING and not phase.stop.compliant and normal < 0.0
+    return phase._replace(state=FREE) if pulls else phase
+
+
+def inside_cones(phase: Phase, instant: Array, contacts: Array) -> Phase:
+    """Return a phase, or one with forces inside of the friction cones if those of an instant are not.
+
+    A contact that sticks beyond its cone is at its edge, one that pulls is without force.
+
+    Parameters
+    ----------
+    phase : Phase
+        Whose forces may be outside.
+    instant : ndarray, shape (13,)
+        The fields of `Instant` with the forces.
+    contacts : ndarray, shape (n, 13)
+        The same of several contacts.
+    """
+    arrays = phase.arrays
+    if arrays is None:
+        return _inside_cone(phase, float(instant[NORMAL_FORCE]), float(instant[TANGENTIAL_FORCE]))
+    rows = arrays.rows.copy()
+    for i, (normal, tangential) in enumerate(contacts[:, [NORMAL_FORCE, TANGENTIAL_FORCE]].tolist()):
+        own = phase_of(phase, arrays, i)
+        changed = _inside_cone(own, normal, tangential)
+        if changed is not own:
+            rows[i] = row_of(changed)
+    if np.array_equal(rows, arrays.rows):
+        return phase
+    # arrays of its own: those of the run keep what is solved for its own states
+    return phase._replace(arrays=ContactArrays(rows, *(array.copy() for array in arrays[1:])))
 
 
 def guard_values(phase: Phase, c: Instant) -> Array:

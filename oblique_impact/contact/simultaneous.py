@@ -39,6 +39,7 @@ from oblique_impact.contact.transitions import (
     AtEnd,
     ContactMachine,
     ContactProbe,
+    Earlier,
     EventKind,
     Transition,
     direction_of,
@@ -94,6 +95,8 @@ class Change:
     arrests: dict[int, Impulse] = field(default_factory=dict)
     passages: list[tuple[int, AtEnd]] = field(default_factory=list)
     failure: Outcome | None = None
+    #: tangential forces (N) of contacts that go on from an earlier run
+    pulls: dict[int, float] = field(default_factory=dict)
 
     @classmethod
     def of_one(cls, contact: int, transition: Transition) -> Change:
@@ -127,7 +130,13 @@ class ContactMachines:
         self.friction = first.friction
         self.speed = first.tolerances.velocity / VELOCITY  # m/s, of the motion itself
         self._closed = first.closed_phase
+        self._ambiguous = 0
         self._start = ContactArrays.new(np.array([row_of(machine.free()) for machine in machines]), size)
+
+    @property
+    def ambiguous(self) -> int:
+        """Number of decisions so far that had several solutions, of which one with fewest closed was taken."""
+        return self._ambiguous + sum(machine.ambiguous for machine in self.machines)
 
     @property
     def compliant(self) -> bool:
@@ -148,10 +157,12 @@ class ContactMachines:
         leading = int(State.SLIP if closed.any() else State.FREE)
         return phase._replace(state=leading, arrays=phase.arrays._replace(rows=rows))
 
-    def start(self, phase: Phase, probe: GroupProbe) -> Change:
-        """Return the states at the start of a run: contacts may touch, or press on their obstacles already."""
+    def start(self, phase: Phase, probe: GroupProbe, earlier: Mapping[int, Earlier] = {}) -> Change:
+        """Return the states at the start of a run: contacts may touch, press already or go on from an earlier one."""
         touching, below = [], {}
         for i, machine in enumerate(self.machines):
+            if i in earlier:
+                continue
             instant = probe.of(i).instant
             beyond = machine.is_beyond(instant.slip)
             if instant.gap < -self.tolerances.gap and beyond:
@@ -171,7 +182,9 @@ class ContactMachines:
             found = self._decide(phase, touching, probe, Change())
         else:
             found = self._strike(phase, touching, [], probe) if touching else Change()
-        found.phases |= below
+        found.phases |= below | {i: self.machines[i].resumed(of, probe.of(i).instant) for i, of in earlier.items()}
+        found.events += [(i, EventKind.IMPACT) for i in earlier]
+        found.pulls = {i: of.tangential_force for i, of in earlier.items()}
         return found
 
     def after_guard(self, phase: Phase, guard: int, lately: Sequence[int], probe: GroupProbe) -> Change:
@@ -193,7 +206,7 @@ class ContactMachines:
             seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)
             return Change.of_one(i, machine.after_guard(own, which, seen))
         if which == DEFINITE:
-            raise RunEnded(self._reason(phase, [i, *others], probe))
+            return self._leave_singular(phase, [i, *others], probe)
         falls = own.state == State.FREE and own.surface.side > 0.0
         lands = falls and not machine.is_beyond(probe.of(i).instant.slip)
         if lands and not self.compliant and (others or lately):
@@ -213,6 +226,16 @@ class ContactMachines:
             return Change.of_one(i, machine.after_guard(own, which, probe.of(i)))
         leaves = {} if slip else {i: 1 if which == UPPER else -1}
         return self._decide(phase, [i, *others], probe, Change(), at_rest=[i] if slip else [], leaves=leaves)
+
+    def _leave_singular(self, phase: Phase, contacts: Sequence[int], probe: GroupProbe) -> Change:
+        """Return other states of sliding contacts whose forces grow without bound; raises RunEnded without any."""
+        try:
+            found = Change() if self.machines[0].axial else self._decide(phase, contacts, probe, Change())
+        except RunEnded:
+            found = Change()
+        if not found.events:
+            raise RunEnded(self._reason(phase, contacts, probe))
+        return found
 
     def _reason(self, phase: Phase, contacts: Sequence[int], probe: GroupProbe) -> Outcome:
         """Name why the forces of sliding contacts grow without bound: friction, or redundant constraints."""
@@ -305,6 +328,7 @@ class ContactMachines:
         if self.machines[0].axial:
             group = self._on_axis(arrays, contacts, group)
         slips: dict[int, int] = {}
+        several = False
         for i, c in zip(contacts, group.instants, strict=True):
             sticks = arrays.rows[i, STATE] == State.STICK
             still = self.tolerances.velocity + (_STILL * self.speed if sticks else 0.0)
@@ -317,6 +341,7 @@ class ContactMachines:
             ]
             free = np.array([[c.gap_acceleration, c.slip_acceleration] for c in group.instants])
             solution = contact_forces(group.delassus, free, candidates)
+            several = several or solution.several
             begun = {
                 i: _sign(a)
                 for i, a, force in zip(contacts, solution.accelerations[:, 1], solution.forces, strict=True)
@@ -325,6 +350,7 @@ class ContactMachines:
             slips |= begun
             if not begun:
                 break
+        self._ambiguous += several
         found, kept = {}, []
         for i, c, force in zip(contacts, group.instants, solution.forces, strict=True):
             own, machine = phase_of(phase, arrays, i), self.machines[i]

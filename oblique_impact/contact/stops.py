@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf
 from typing import Any, ClassVar
 
@@ -67,20 +68,25 @@ class ContactLaw(ABC):
         """Return the normal force (N) at an instant."""
         return float(stop_force(self.stop, Residual(), instant.gap, instant.gap_rate))
 
-    def energy(self, gap: float, compliance: float = 0.0) -> float:
-        """Energy (J) stored at a gap (m), in a compliance (m/N) in series too: the work of the force at rest."""
-        if gap >= 0.0:
-            return 0.0
-        force = float(stop_force(self.stop, Residual(compliance), gap, 0.0))
-        return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force * force
+    def end_pushes(self, gap: Array, slip: Array) -> Array:
+        """Return forces (N) along the slide that are no friction, which only beddings have; each (samples,)."""
+        return np.zeros_like(gap)
+
+    def energy(self, gap: float, slip: float, compliance: float = 0.0) -> float:
+        """Energy (J) held at gap and slip (m), in a compliance (m/N) in series too: work of the force at rest."""
+        return float(self.energies(np.array([gap]), np.array([slip]), compliance)[0])
+
+    def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
+        """Energies (J), see `energy`, at gaps and slips (m) of closed contact, each (samples,)."""
+        found, closed, stop = np.zeros(gap.shape), gap < 0.0, self.stop
+        forces = [stop_force(stop, Residual(compliance), value, 0.0) for value in gap[closed].tolist()]
+        depths = np.maximum(-gap[closed] - compliance * np.array(forces), 0.0)
+        found[closed] = self._own_energies(depths) + 0.5 * compliance * np.square(forces)
+        return found
 
     def peak_energy(self, depth: float, force: float, compliance: float) -> float:
         """Largest energy (J) stored in a contact of the given largest depth (m) and force (N), see `energy`."""
-        return self.energy(-depth, compliance)
-
-    def at(self, slip: float) -> ContactLaw:
-        """Return the law at a place (m along the side), which is the same everywhere but on a bedding."""
-        return self
+        return self.energy(-depth, 0.0, compliance)
 
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself in closed contact, from gaps (m), their rates (m/s) and forces (N).
@@ -90,14 +96,19 @@ class ContactLaw(ABC):
         """
         return np.maximum(0.0, -gap - residual.compliance * force)
 
-    def _own_energy(self, depth: float) -> float:
-        """Energy (J) that the stop itself has stored at a depth (m)."""
+    def _own_energies(self, depths: Array) -> Array:
+        """Energies (J) that the stop itself has stored at depths (m), each (samples,)."""
         from scipy.integrate import quad
 
-        stored = quad(
-            lambda d: max(0.0, self.normal_force(d, 0.0, *self._numbers)), 0.0, depth, epsabs=0.0, epsrel=1e-12
-        )
-        return float(stored[0])
+        # of a long output no warnings are printed
+        numbers, accuracy = self._numbers, {"epsabs": 0.0, "epsrel": 1e-12, "full_output": True}
+
+        def force(depth: float) -> float:
+            return max(0.0, self.normal_force(depth, 0.0, *numbers))
+
+        ends, place = np.unique(depths, return_inverse=True)
+        parts = [quad(force, *part, **accuracy)[0] for part in pairwise([0.0, *ends.tolist()])]
+        return np.asarray(np.cumsum(parts)[place])
 
     @property
     def _numbers(self) -> tuple[float, ...]:
@@ -129,30 +140,31 @@ class ElasticStop(ContactLaw):
         """The law as kernels read it."""
         return Stop(compliant=True, stiffness=float(self.stiffness), damping=float(self.damping))
 
-    def at(self, slip: float) -> ElasticStop:
-        """Return the spring at a place (m along the side)."""
-        return self
+    def over(self, slip: float) -> tuple[float, float]:
+        """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
+        return self.stiffness, 0.0
 
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself; without damping its force is stiffness times it."""
-        depth, rate, ratio = -gap, -gap_rate, self.stiffness * residual.compliance
-        # the stop's share s of the depth: 1 - s = ratio s (1 + damping s rate), the same force in both
-        both = 1.0 + ratio
-        root = np.sqrt(np.maximum(both * both + 4.0 * ratio * self.damping * rate, 0.0))
-        share = 2.0 / (both + root)
+        depth, rate = -gap, -gap_rate
+        at_rest = 1.0 / (1.0 + self.stiffness * residual.compliance)  # the stop's share of the depth
+        pushing = np.maximum(1.0 + self.damping * at_rest * rate, 0.0)
+        share = 1.0 / (1.0 + self.stiffness * pushing * residual.compliance)
         # a relaxing flexibility pushes back by its rate as well, see `oblique_impact.contact.forces`
         pushed = share * (depth + residual.relaxation * (1.0 - share) * rate)
         return np.where(gap < 0.0, np.maximum(0.0, pushed), 0.0)
 
-    def _own_energy(self, depth: float) -> float:
-        return 0.5 * self.stiffness * depth * depth
+    def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
+        """Energies (J) of the spring, with a compliance (m/N) in series."""
+        return np.where(gap < 0.0, 0.5 * gap**2 / (1.0 / self.stiffness + compliance), 0.0)
 
 
 @dataclass(frozen=True)
 class Bedding(ElasticStop):
     """Bed of springs under a cell of the beam, of which only that part bears that is over the bed.
 
-    A cell that slides over an end of the bed takes its force down to zero, and up again when it comes back.
+    A cell that slides over an end of the bed takes its force down to zero, and up again when it comes back.  The
+    energy 1/2 k d^2 of the springs under it pushes it off the bed as it does.
 
     Attributes
     ----------
@@ -173,18 +185,28 @@ class Bedding(ElasticStop):
         """The law as kernels read it."""
         return super().stop._replace(cell=float(self.cell))
 
-    def at(self, slip: float) -> ElasticStop:
-        """Return the spring at a place (m along the side)."""
-        share, _ = share_of(slip, self.first, self.last, self.cell)
-        return ElasticStop(self.stiffness * share, self.damping)
+    def over(self, slip: float) -> tuple[float, float]:
+        """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
+        share, fading = share_of(slip, self.first, self.last, self.cell)
+        return self.stiffness * share, self.stiffness * fading
+
+    def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
+        """Energies (J) of that part of the springs that the cell lies over."""
+        shares = [self.over(place)[0] / self.stiffness for place in slip.tolist()]
+        return super().energies(gap, slip, compliance) * np.array(shares)
+
+    def end_pushes(self, gap: Array, slip: Array) -> Array:
+        """Return forces (N) along the slide of a cell that lies over an end of the bed, each (samples,)."""
+        slopes = np.array([self.over(place)[1] for place in slip.tolist()])
+        return -0.5 * slopes * np.minimum(gap, 0.0) ** 2
 
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""
-        return self.at(instant.slip).force(instant)
+        return ElasticStop(self.over(instant.slip)[0], self.damping).force(instant)
 
     def peak_energy(self, depth: float, force: float, compliance: float) -> float:
         """Largest energy (J) stored in a contact, on which perhaps a part of the cell alone has borne."""
-        return min(super().peak_energy(depth, force, compliance), 0.5 * force * depth)
+        return 0.5 * depth * min(self.stiffness * depth, force)
 
 
 def elastic_stop(
@@ -219,5 +241,5 @@ class MasslessPoint(ContactLaw):
         """Return 0: the stop itself is rigid."""
         return np.zeros_like(gap)
 
-    def _own_energy(self, depth: float) -> float:
-        return 0.0
+    def _own_energies(self, depths: Array) -> Array:
+        return np.zeros_like(depths)

@@ -18,6 +18,7 @@ from oblique_impact.contact.forces import (
     holding_force,
     inclined,
     sliding_force,
+    sliding_inertia,
     slip_velocity,
     sticking_force,
 )
@@ -94,6 +95,16 @@ class Transition(NamedTuple):
     at_end: AtEnd | None = None
 
 
+class Earlier(NamedTuple):
+    """A contact that was closed where an earlier run has ended, and goes on from there."""
+
+    state: int
+    normal_force: float  # N
+    tangential_force: float
+    began: float  # m, slip at which it began
+    residual: Residual  # of the contact point there
+
+
 class ContactProbe(Protocol):
     """The contact problem at the present state of a run, before and after an impulse."""
 
@@ -163,6 +174,8 @@ class ContactMachine:
     ) -> None:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances, self.axial = tolerances, axial
+        #: number of decisions so far that had several solutions, of which an opening contact was taken
+        self.ambiguous = 0
         self.stick_criterion = stick_criterion
         #: of a scheme that notices transitions late, at the ends of its steps
         self._late = None if stick_criterion is None or stick_criterion.located else stick_criterion
@@ -193,12 +206,25 @@ class ContactMachine:
         """Whether a place (m along the slope) is beyond its ends."""
         return slip < self._first or slip > self._last
 
-    def start(self, probe: ContactProbe) -> Transition:
-        """Return the state at the start of a run, which may touch the slope or already press on it."""
+    def start(self, probe: ContactProbe, earlier: Earlier | None = None) -> Transition:
+        """Return the state at the start of a run, which may touch the slope, press on it or go on from another."""
         instant, tolerances = probe.instant, self.tolerances
+        if earlier is not None:
+            return Transition(self.resumed(earlier, instant), EventKind.IMPACT)
         if instant.gap < -tolerances.gap and self.is_beyond(instant.slip):
             return Transition(self.below(), None)
         return Transition(self.free(), None) if self.is_apart(instant) else self.touch(probe)
+
+    def resumed(self, earlier: Earlier, instant: Instant) -> Phase:
+        """Return the state of a contact that goes on from an earlier run, its axial flexibility stretched."""
+        opened = self.opened(earlier.began)._replace(residual=Residual(*map(float, earlier.residual)))
+        instant = inclined(opened, instant)
+        if earlier.state == State.STICK:
+            at = instant.slip + opened.stick.compliance * earlier.tangential_force
+            return stick_at(opened, instant._replace(slip=at))
+        # with axial flexibility friction sees another velocity than that of the slip
+        rate = 0.0 if self.axial is not None else instant.slip_rate
+        return self.slide(opened, rate, -1 if earlier.tangential_force > 0.0 else 1)
 
     def is_apart(self, instant: Instant) -> bool:
         """Whether nothing touches at the start of a run; a stop that is pressed in still pushes as it opens."""
@@ -396,6 +422,8 @@ class ContactMachine:
         force = sliding_force(phase, self._unstabilized(instant))
         if force.status != OK:
             raise RunEnded(Outcome.PAINLEVE)
+        if sliding_inertia(phase, instant) < 0.0 < instant.gap_acceleration:
+            self.ambiguous += 1
         pushes = force.normal > 0.0
         if self._late:  # a contact noticed below the slope is pushed out by its stabilization
             pushes = pushes or sliding_force(phase, instant).normal > 0.0

@@ -38,8 +38,15 @@ from oblique_impact.history.events import (
 )
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
-from oblique_impact.history.summary import balance_text, energy_warnings, require_summary, summarize
+from oblique_impact.history.summary import (
+    ambiguity_warnings,
+    balance_text,
+    energy_warnings,
+    require_summary,
+    summarize,
+)
 from oblique_impact.history.variables import (
+    ADDED_LATER,
     OF_A_BEAM,
     OF_A_SLOPE,
     OF_A_SYSTEM,
@@ -169,8 +176,10 @@ class History:
 
     @property
     def total_energy(self) -> xr.DataArray:
-        """Kinetic, elastic and gravity energy (J) of each sample; what an elastic stop stores is not in it."""
+        """Kinetic, elastic, gravity and contact energy (J) of each sample; older files do not have the last."""
         total = self["energy_kinetic"] + self["energy_elastic"] + self["energy_gravity"]
+        if "energy_contact" in self:
+            total = total + self["energy_contact"]
         return total.assign_attrs(units="J", long_name="total energy").rename("total_energy")
 
     @property
@@ -346,7 +355,7 @@ class History:
         beam = OF_A_BEAM | SECTION_FORCES if data.attrs["scenario"] else {}
         optional = [group for group in (OF_CONTACTS, OF_A_SLOPE) if any(name in data for name in group)]
         for name in chain(OF_A_SYSTEM, beam, *optional):
-            if name not in data.variables:
+            if name not in data.variables and name not in ADDED_LATER:
                 raise InputError(f"it has no variable {name!r}")
         for key, variable in data.variables.items():
             known, name = VARIABLES.get(str(key)), str(key)
@@ -405,6 +414,7 @@ def beam_history(
     summary["warnings"] = [
         *implausible_values(scenario),
         *slope_warnings(scenario, variables, summary["slope_ends"]),
+        *ambiguity_warnings(record.ambiguous),
         *warnings,
         *energy_warnings(summary["energy"], np.max(kinetic), np.max(parts), scenario.solver.scheme),
     ]

@@ -11,6 +11,7 @@ from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance
 from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
 from oblique_impact.contact.state import INSTANT, Instant, State
+from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.kernels.workspace import Array
@@ -37,6 +38,8 @@ class Samples(NamedTuple):
     kinetic: Array  # J
     elastic: Array
     gravity: Array
+    stored: Array  # J, in elastic stops and the flexibility across the beam behind them
+    stretched: Array  # J, in the axial flexibility behind the friction
     depth: Array  # m, compression of the stop itself
     # of n contacts, if there are several: the fields of `Instant` of each (samples, n, 13), states (samples, n)
     contacts: Array = np.zeros((0, 0, INSTANT))
@@ -60,6 +63,7 @@ class Samples(NamedTuple):
             "energy_kinetic": self.kinetic,
             "energy_elastic": self.elastic,
             "energy_gravity": self.gravity,
+            "energy_contact": self.stored + self.stretched,
         }
 
 
@@ -82,11 +86,12 @@ def gather(
     qdd = np.concatenate([s.observation.qdd for s in segments])
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
-    found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
+    found = energies(time, q, qd)
+    of_stops = (np.concatenate([getattr(s, name) for s in segments]) for name in ("stored", "stretched", "depth"))
     contacts = np.concatenate([s.observation.contacts for s in segments])
     each = np.concatenate([np.tile(np.array(s.each, dtype=np.int8), (s.times.size, 1)) for s in segments])
     quadratures = states[:, 2 * size :]
-    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, depth, contacts, each)
+    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, *of_stops, contacts, each)
 
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
@@ -170,7 +175,12 @@ def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
         normals[:, i] = 1j * side * tangent / np.abs(tangent)
         points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]
     along = np.array([1.0 if at.on_side else at.numbers[4] for at in places])
-    force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * numbers[:, :, LAMBDA_T])
+    tangential = numbers[:, :, LAMBDA_T].copy()
+    for i, at in enumerate(places):
+        if at.cell:
+            pushes = elastic_stop(at.stiffness, 0.0, at.extent, at.cell).end_pushes(gap[:, i], slip[:, i])
+            tangential[:, i] += np.where(samples.each[:, i] != State.FREE, pushes, 0.0)
+    force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * tangential)
     return contact_variables(samples, [at.obstacle for at in places], place, points, force)
 
 

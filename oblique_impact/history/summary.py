@@ -29,6 +29,9 @@ LOSSES = ("impact", "friction", "damping", "scheme")
 #: energy lost to a scheme gives a warning above this part of all losses, and above this part of the largest
 #: kinetic energy of the run: less than that changes speeds by less than 0.05 %, also where nothing else is lost
 NOTICEABLE_SHARE, NEGLIGIBLE_ENERGY = 0.03, 1e-3
+#: above this part of the largest kinetic energy the motion is said to be another one, not the losses alone: it
+#: changes speeds by 0.5 %
+LARGE_SHARE = 1e-2
 #: of the parts of the energy: what is lost or unaccounted for below this is rounding
 ROUNDING = 1e-9
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
@@ -72,8 +75,8 @@ def balance(
     events : list of Event
         The event log.
     stretched : float
-        Part of the contact energy (J) that the axial flexibility behind the friction holds; while it holds it, the
-        quadratures count it as taken by friction.
+        Part of the contact energy (J) that the axial flexibility behind the friction has gained; while it holds it,
+        the quadratures count it as taken by friction.
     """
     kinetic, elastic, gravity, contact = parts
     supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
@@ -133,13 +136,27 @@ def energy_warnings(
             remedy += ", solver.rho_infinity nearer to 1, or the damping that the beam has (beam.kelvin_voigt)"
         if scheme == "fixed-step":
             remedy += ', or solver.scheme = "event"'
+        of_energy = abs(lost) / (largest_kinetic or largest_parts)
+        shares = f"{share:.2g} % of what is lost in all, {100.0 * of_energy:.2g} % of the largest kinetic energy"
+        what = "the motion after the contacts is" if of_energy > LARGE_SHARE else "the losses are"
         found.append(
-            f"solver.scheme: the integration {did} {abs(lost):.3g} J, {share:.2g} % of what is lost in all: "
-            f"the motion after the contacts is not that of the beam; {remedy}"
+            f"solver.scheme: the integration {did} {abs(lost):.3g} J, {shares}: "
+            f"{what} not that of the beam; {remedy}"
         )
     if abs(unaccounted) > small:
         found.append(f"solver.scheme: {unaccounted:.3g} J of the energy balance are unaccounted for; {steps}")
     return found
+
+
+def ambiguity_warnings(times: Sequence[float]) -> list[str]:
+    """Return a warning of the times (s) at which contact forces were one of several solutions, if there are any."""
+    if not times:
+        return []
+    at = f"at {times[0]:.6g} s" if len(times) == 1 else f"{len(times)} times from {times[0]:.6g} to {times[-1]:.6g} s"
+    return [
+        f"contact.mu_kinetic: contact forces were not unique {at} (Painleve): of several solutions that with the "
+        "fewest closed contacts was taken; with less friction there is one"
+    ]
 
 
 @dataclass(frozen=True)
@@ -198,10 +215,12 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
 
     `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision.
     """
-    energies = samples.kinetic, samples.elastic, samples.gravity
-    kinetic, elastic, gravity = (float(values[-1]) for values in energies)
-    initial = sum(float(values[0]) for values in energies) + record.held
-    parts = kinetic, elastic, gravity, record.stored + record.stretched
+    energies = samples.kinetic, samples.elastic, samples.gravity, samples.stored
+    kinetic, elastic, gravity, stored = (float(values[-1]) for values in energies)
+    stretched = samples.stretched
+    initial = sum(float(values[0]) for values in (*energies, stretched))
+    parts = kinetic, elastic, gravity, stored + float(stretched[-1])
+    gained = float(stretched[-1] - stretched[0])
     return {
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
@@ -210,7 +229,7 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
-        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, record.stretched)),
+        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, gained)),
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,

@@ -55,7 +55,16 @@ OF_A_SYSTEM = {
     "energy_kinetic": Variable(_TIME, "J", "kinetic energy"),
     "energy_elastic": Variable(_TIME, "J", "elastic energy"),
     "energy_gravity": Variable(_TIME, "J", "gravity energy"),
+    "energy_contact": Variable(
+        _TIME,
+        "J",
+        "energy in stops and contact flexibilities",
+        "what elastic stops, beds, residual and axial flexibility hold; of a user-defined law the work of its "
+        "force at rest",
+    ),
 }
+#: of these, what older files do not have
+ADDED_LATER = {"energy_contact"}
 #: variables that only a beam has
 OF_A_BEAM = {
     "station": Variable(("station",), "m", "arc length from the root"),
@@ -73,6 +82,7 @@ OF_A_BEAM = {
     "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
 }
 _CONTACTS = ("time", "contact")
+_WHOLE = f"with the push along the slide at an end of a bed, which lambda_tau leaves out; {_FINITE}"
 #: variables that only a beam with several contacts has: with `contact.where = "anywhere"`
 OF_CONTACTS = {
     "contact_obstacle": Variable(
@@ -91,8 +101,8 @@ OF_CONTACTS = {
     "contact_slip_rate": Variable(_CONTACTS, "m/s", "slip velocity of a contact"),
     "contact_lambda_n": Variable(_CONTACTS, "N", "normal force of a contact", _FINITE),
     "contact_lambda_tau": Variable(_CONTACTS, "N", "tangential force of a contact", _FINITE),
-    "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _FINITE),
-    "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _FINITE),
+    "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _WHOLE),
+    "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _WHOLE),
     "contact_state": Variable(_CONTACTS, "1", "state of a contact"),
     "clearance_obstacle": Variable(_TIME, "1", "obstacle that the beam is closest to"),
 }

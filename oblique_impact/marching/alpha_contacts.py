@@ -18,7 +18,13 @@ from oblique_impact.contact.forces import (
     stop_force,
     stop_tangent,
 )
-from oblique_impact.contact.several import instant_at, phase_of, shared_flexibility, touch_contacts
+from oblique_impact.contact.several import (
+    instant_at,
+    phase_of,
+    push_at_end,
+    shared_flexibility,
+    touch_contacts,
+)
 from oblique_impact.contact.state import (
     A_NN,
     A_NT,
@@ -62,11 +68,12 @@ def touch_all(
 
 
 @jitable
-def add_forces(arrays: ContactArrays, residual: Array) -> None:
-    """Add the contact forces to the residual."""
+def add_forces(arrays: ContactArrays, phase: Phase, residual: Array) -> None:
+    """Add the contact forces, and those at the ends of beddings, to the residual."""
     for i in range(arrays.rows.shape[0]):
         if arrays.rows[i, STATE] != FREE:
             normal, tangential = arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE]
+            tangential += push_at_end(arrays, phase, i)
             for k in range(residual.shape[0]):
                 residual[k] += normal * arrays.directions[i, 0, k] + tangential * arrays.directions[i, 1, k]
 

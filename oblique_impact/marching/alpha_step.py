@@ -197,7 +197,7 @@ def _add_contacts(arrays: ContactArrays | None, phase: Phase, c: Instant, w: Wor
     v = w.vectors
     normal_row, tangential_row, residual = v.normal_row, v.tangential_row, v.residual
     if arrays is not None:
-        add_forces(arrays, residual)
+        add_forces(arrays, phase, residual)
     elif phase.state != FREE:
         for i in range(v.forces.shape[0]):
             residual[i] += c.normal_force * normal_row[i] + c.tangential_force * tangential_row[i]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import conjugate, stop_force
+from oblique_impact.contact.forces import conjugate, end_push, stop_force
 from oblique_impact.contact.several import instant_at, phase_of, solve_contacts
 from oblique_impact.contact.state import FREE, ContactArrays, Instant, Phase
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
@@ -42,7 +42,8 @@ def boundary_power(phase: Phase, c: Instant, qd: Array, normal_row: Array, tange
     """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
     closing, sliding = dot(normal_row, qd), dot(tangential_row, qd)
     taken = conjugate(phase, c) * c.gap_rate + c.tangential_force * c.slip_rate
-    return c.normal_force * closing + c.tangential_force * sliding - taken
+    pushed = end_push(phase.stop, c.gap) * (sliding - c.slip_rate)
+    return c.normal_force * closing + c.tangential_force * sliding - taken + pushed
 
 
 @jitable
@@ -65,14 +66,11 @@ def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadr
 
 @jitable
 def contact_losses(phase: Phase, c: Instant) -> tuple[float, float]:
-    """Power (W) that the stabilization of a constraint and the damping or the end of a stop take out."""
+    """Power (W) that the stabilization of a constraint and the damping of a stop take out."""
     if phase.stop.compliant:
         # what the stop does not give back: all but the work of its force at rest
         at_rest = stop_force(phase.stop, phase.residual, c.gap, 0.0)
-        damped = (conjugate(phase, c) - at_rest) * -c.gap_rate
-        # springs of a bedding that the beam slides off keep what they hold
-        kept = 0.5 * phase.stop.stiffness * c.gap * c.gap * phase.stop.fading * c.slip_rate
-        return 0.0, damped - kept
+        return 0.0, (conjugate(phase, c) - at_rest) * -c.gap_rate
     return -c.normal_force * c.gap_rate, 0.0
 
 

@@ -78,28 +78,30 @@ def _keep_samples(t: float, end: float, h: float, y: Array, F: Array, interval: 
 @jitable
 def _land(
     system: Any, phase: Phase, t: float, y: Array, length: float, rate: float, guard: int, s: Scratch, K: Array
-) -> tuple[int, float]:
-    """Repeat the step so that it ends on the event; status and length (s), with the state there in s.y_new.
+) -> tuple[int, bool, float]:
+    """Repeat the step so that it ends on the event; status, whether it does, and length (s); state in s.y_new.
 
     The secant method on the length, started with the guard's slope `rate`; the dense output that bracketed
-    the event is only of order 7.
+    the event is only of order 7.  It has located the event where guards have no rates, and where it only touches
+    zero, within the tolerance of the guard; elsewhere a step that is too long is to be a shorter one.
     """
-    last_value, last_length = 0.0, 0.0
+    last_value, last_length, close = 0.0, 0.0, False
     for trial in range(_CORRECTIONS + 1):
         status, c, _ = take_stages(system, phase, t, y, length, 1, STAGES, K, s.work, s.y_new)
-        if status != 0 or trial == _CORRECTIONS:
-            return status, length
+        if status != 0:
+            return status, False, length
         if not take_guards(system, phase, t + length, s.y_new, K[STAGES], c, s, K[DENSE_STAGES - 2]):
-            return 0, length
+            return 0, True, length
         value = raised(s.guards.at[guard], guard, s.guards)
         if trial > 0 and length != last_length:
             rate = (value - last_value) / (length - last_length)
-        correction = -value / rate if rate < 0.0 else 0.0
-        if not 1e-15 * t < abs(correction) < 0.1 * length:
-            return 0, length
+        correction = -value / rate if rate < 0.0 else np.inf
+        close = abs(value) <= s.guards.thresholds[guard] or abs(correction) <= 1e-15 * t
+        if abs(correction) <= 1e-15 * t or not abs(correction) < 0.1 * length or trial == _CORRECTIONS:
+            break
         last_value, last_length = value, length
         length += correction
-    return 0, length
+    return 0, close, length
 
 
 class EventStepper(NamedTuple):
@@ -151,6 +153,7 @@ class EventStepper(NamedTuple):
         if not error <= 1.0:
             return refused(status, min(_step_factor(error), 1.0) * length)
         gap, guard, peak, depth, due = phase.surface.side * c.gap, NO_GUARD, 0.0, 0.0, sample < t + length
+        located = True
         # the contact point cannot have reached the slope within the step
         clear = phase.state == FREE and (not phase.surface.enabled or min(now.gap, gap) > 2.0 * length * speed)
         if due or not clear:
@@ -163,10 +166,10 @@ class EventStepper(NamedTuple):
         elif status == 0:
             guard, place, rate, peak, depth = first_fall(DenseStep(system, phase, t, length, y, s, stages))
             if guard >= 0:
-                status, landed = _land(system, phase, t, y, place * length, rate, guard, s, stages.K)
+                status, located, landed = _land(system, phase, t, y, place * length, rate, guard, s, stages.K)
                 end = t + landed
-        if status != 0 or guard == UNDEFINED:
-            # a contact problem without a solution further on in this step: approach that point
+        if status != 0 or guard == UNDEFINED or not located:
+            # a contact problem without a solution further on in this step, or an event that is not found: approach
             return refused(status, _SHRINK * length)
         if due:
             _keep_samples(t, end, length, y, stages.F, interval, s.samples)

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from copy import copy
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import add_stretch, guard_values, slides_stretching
+from oblique_impact.contact.several import add_stretch, guard_values, inside_cones, slides_stretching
 from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
@@ -78,6 +79,16 @@ class Status(NamedTuple):
     notice: str = ""  # a line that stays, of what is known of the run by now
 
 
+class _Mark(NamedTuple):
+    """A run where its books agree with its last sample, or with the state that a transition begins with."""
+
+    now: StepState
+    y: Array
+    phase: Phase
+    open: Any  # contacts that are closed there
+    counts: list[int]  # of what is recorded
+
+
 class Run:
     """One run of the loop over a problem.
 
@@ -119,14 +130,18 @@ class Run:
         """March to the end, to a named outcome, or to an interrupt."""
         self._started = perf_counter()
         record = self.record
+        self._set_mark()
         try:
             if self.problem.contact:
                 self._begin()
                 # what an elastic stop that is pressed in at the start holds is not from the scheme
-                losses = self._quadratures()
-                record.held, losses[STABILIZATION_LOSS] = -float(losses[STABILIZATION_LOSS]), 0.0
+                self._quadratures()[STABILIZATION_LOSS] = 0.0
             self._initial_inertia = self._inertia()
+            before = list(record.segments)
             self._enter(None)
+            for segment in before:  # it holds it before the contact is found as well
+                segment.stored[:] = record.segments[len(before)].stored[0]
+                segment.stretched[:] = record.segments[len(before)].stretched[0]
             ends = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
             for end in [*sorted(ends), self.problem.end_time]:
                 self._march_to(end)
@@ -134,44 +149,67 @@ class Run:
             record.outcome, record.message = ended.outcome, ended.message
         except KeyboardInterrupt:
             record.outcome = Outcome.INTERRUPTED
-        if record.outcome is Outcome.INTERRUPTED and record.segments:
-            self._return_to_last_sample()
-        else:
+        if record.outcome is Outcome.INTERRUPTED:
+            self._return_to_mark()  # it may have come between a call and its bookkeeping
+        if record.outcome is not Outcome.INTERRUPTED or not record.segments:
             self._sample(self._phase)
-        record.stored, record.stretched = self._stored(), self._stretched()
         self._close_contact()
         return record
 
-    def _return_to_last_sample(self) -> None:
-        """Go back to the last sample: an interrupt may have come between a call and its bookkeeping."""
-        last = self.record.segments[-1]
-        self._now = self._now._replace(t=float(last.times[-1]))
-        self._y[: last.states.shape[1]] = last.states[-1]
+    def _set_mark(self, t: float | None = None, y: Array | None = None) -> None:
+        """Mark where the run is, or its last sample at a time (s) with a state vector, to return to it."""
+        counts = [len(entries) for entries in self._recorded()]
+        now, state = self._now if t is None else self._now._replace(t=t), self._y if y is None else y
+        self._mark = _Mark(now, state.copy(), self._phase, self._copy_open(), counts)
 
-    def _stored(self) -> float:
-        """Energy (J) that an elastic stop, and the residual flexibility with it, holds now."""
-        law = self.problem.machine.contact_law
-        if law is None or self._phase.state == State.FREE:
-            return 0.0
-        return law.energy(
-            float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.residual.compliance
-        )
+    def _return_to_mark(self) -> None:
+        """Return to the last mark: what has been recorded since then belongs to no state."""
+        mark = self._mark
+        self._now, self._y[:], self._phase = mark.now, mark.y, mark.phase
+        self._take_open(mark.open)
+        for entries, count in zip(self._recorded(), mark.counts, strict=True):
+            del entries[count:]
 
-    def _stretched(self) -> float:
-        """Energy (J) that the axial flexibility behind the friction holds now."""
-        if self._phase.state == State.FREE:
-            return 0.0
-        # no number where no force solves the contact (Painleve)
-        force = np.nan_to_num(self.record.segments[-1].observation.column("tangential_force")[-1])
-        return 0.5 * self._phase.stick.compliance * float(force) ** 2
+    def _recorded(self) -> tuple[list[Any], ...]:
+        """Return the lists of the record."""
+        record = self.record
+        return record.segments, record.events, record.contacts, record.passages, record.ambiguous
+
+    def _copy_open(self) -> Any:
+        """Return a copy of what is known of contacts that are closed."""
+        return copy(self._open)
+
+    def _take_open(self, known: Any) -> None:
+        """Take what is known of contacts that are closed from :meth:`_copy_open`."""
+        self._open = known
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""
+        self._pass(self._start)
+
+    def _start(self) -> Outcome | None:
         probe = self._probe()
-        transition = self.problem.machine.start(probe)
+        transition = self.problem.machine.start(probe, self.problem.earlier.get(0))
         if transition.kind is not None:
             self._sample(self._phase)
-        self._apply(self._phase, transition, probe)
+        return self._apply(self._phase, transition, probe)
+
+    def _pass(self, change: Callable[[], Outcome | None]) -> None:
+        """Pass a transition by a function that decides and applies it, all of it or nothing.
+
+        Where no contact state exists behind it the function returns the outcome that ends the run there.
+        """
+        self._set_mark()
+        before = self._ambiguous
+        try:
+            failure = change()
+        except RunEnded:
+            self._return_to_mark()
+            raise
+        if self._ambiguous > before:
+            self.record.ambiguous.append(self._now.t)
+        if failure is not None:
+            raise RunEnded(failure)
 
     def _march_to(self, end: float) -> None:
         problem = self.problem
@@ -242,17 +280,23 @@ class Run:
     def _pass_guard(self, guard: int) -> None:
         leaving = self._phase
         self._sample(leaving)
-        probe = self._probe()
-        transition = self.problem.machine.after_guard(leaving, guard, probe)
-        self._apply(leaving, transition, probe)
+        self._pass(lambda: self._follow(leaving, guard))
         self._watch_for_chattering()
         self._enter(leaving)
+
+    def _follow(self, leaving: Phase, guard: int) -> Outcome | None:
+        probe = self._probe()
+        return self._apply(leaving, self.problem.machine.after_guard(leaving, guard, probe), probe)
+
+    @property
+    def _ambiguous(self) -> int:
+        return self.problem.machine.ambiguous
 
     def _probe(self) -> Probe:
         return Probe(self.problem, self._phase, self._now.t, self._y, self._scratch.work)
 
-    def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
-        """Apply the impulse, log the event, open or close a contact, take the new phase."""
+    def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> Outcome | None:
+        """Apply the impulse, log the event, open or close a contact, take the new phase; why the run ends here."""
         before, impulse = probe.instant, transition.impulse or Impulse(0.0, 0.0, 0.0)
         if transition.impulse is not None:
             self._jump(impulse, probe)
@@ -286,8 +330,7 @@ class Run:
             self.record.events.append(event.with_share(finite) if finite else event)
         if transition.at_end is None:
             self._account_for_penetration(leaving, before.gap)
-        if transition.failure is not None:
-            raise RunEnded(transition.failure)
+        return transition.failure
 
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Record how an end of the slope is passed; the energy still in an elastic stop is lost."""
@@ -295,7 +338,7 @@ class Run:
         self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
         law = self.problem.machine.contact_law
         if how is AtEnd.SLIDES_OFF and law is not None:
-            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, leaving.residual.compliance)
+            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, instant.slip, leaving.residual.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
         """Change the velocities by an impulse."""
@@ -313,7 +356,7 @@ class Run:
             return
         found = -1.0 if leaving.state == State.FREE else 1.0
         compliance = max(leaving.residual.compliance, self._phase.residual.compliance)
-        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, compliance)
+        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, 0.0, compliance)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
@@ -355,6 +398,7 @@ class Run:
         # what a scheme keeps ends with a phase
         self.problem.scheme.fill_extra_state(self.prepared, self._phase, self._y, self._y[self._kept :])
         contact = self._sample(self._phase)
+        self._set_mark()
         guards = guard_values(self._phase, contact)
         turned = slides_stretching(self._phase.arrays, self._phase) and self._stretch(guards)
         arm(self._phase, self._scratch, guards)
@@ -377,12 +421,22 @@ class Run:
         return np.flatnonzero((guards != plain) & (guards < -self._scratch.tolerances.velocity)).tolist()
 
     def _sample(self, phase: Phase) -> Instant:
-        """Store the present state as a sample; returns the contact there."""
-        found = self._observe(phase, np.array([self._now.t]), self._y[None, :])
+        """Store the present state as a sample; returns the contact there.
+
+        The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or decides
+        on means, leaves a state, or begins one, with others.
+        """
+        times, states = np.array([self._now.t]), self._y[None, :]
+        found = self._observe(phase, times, states)
+        kept, inside = found, phase
+        while (changed := inside_cones(inside, kept.instants[0], kept.contacts[0])) is not inside:
+            inside = changed
+            kept = self._observe(inside, times, states)
+        self._store(phase, times, states, kept)
         return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: Progress) -> None:
-        """Store the samples and costs of a call; only those before the deflection grows too large."""
+        """Store the samples, changes and costs of a call; only those before the deflection grows too large."""
         self.record.steps += progress.steps
         self.record.rejected += progress.rejected
         count = progress.samples
@@ -392,9 +446,21 @@ class Run:
             count = int(np.argmax(large))
             self._now, self._y[:] = self._now._replace(t=float(times[count])), states[count]
         if count:
-            self._observe(self._phase, times[:count], states[:count])
+            times, states = times[:count], states[:count]
+            self._log_changes(float(times[-1]))
+            self._store(self._phase, times, states, self._observe(self._phase, times, states))
+            self._set_mark(float(times[-1]), states[-1])
+        self._log_changes(self._now.t)
+        if not large.any():
+            self._take_peaks(progress)
         if large.any() or self._large_deflection(self._y[None]).any():
             raise RunEnded(self._cause(Outcome.LARGE_DEFLECTION))
+
+    def _log_changes(self, until: float) -> None:
+        """Log the changes up to a time (s) of a scheme that makes them itself; by default there are none."""
+
+    def _take_peaks(self, progress: Progress) -> None:
+        """Take the largest force and depth of a call."""
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, progress.peak_force)
             self._open.depth = max(self._open.depth, progress.depth)
@@ -408,21 +474,37 @@ class Run:
             return np.asarray(deflection(states[:, : self.problem.q0.size]) > LARGEST_DEFLECTION)
 
     def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
-        problem = self.problem
-        observation = observe(problem.system, phase, times, states, self._scratch.work)
+        return observe(self.problem.system, phase, times, states, self._scratch.work)
+
+    def _store(self, phase: Phase, times: Array, states: Array, observation: Observation) -> None:
+        """Store samples of a phase as they have been observed."""
         if self._open is not None and times.size:
             forces, gaps = observation.column("normal_force"), observation.column("gap")
             self._open.peak_force = float(np.fmax.reduce(forces, initial=self._open.peak_force))
             self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
         kept = states[:, : self._kept].copy()
-        segment = Segment(phase.state, times, kept, observation, self._compression(phase, observation))
+        found = self._compression, self._stored, self._stretched
+        segment = Segment(phase.state, times, kept, observation, *(of(phase, observation, kept) for of in found))
         self.record.segments.append(segment)
-        return observation
 
-    def _compression(self, phase: Phase, observation: Observation) -> Array:
+    def _compression(self, phase: Phase, observation: Observation, states: Array) -> Array:
         """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
         law, gap = self.problem.machine.contact_law, observation.column("gap")
         if law is None or phase.state == State.FREE:
             return np.zeros_like(gap)
         rate, force = observation.column("gap_rate"), observation.column("normal_force")
         return law.compression(phase.residual, gap, rate, force)
+
+    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        """Energy (J) that an elastic stop, and the residual flexibility with it, holds at samples."""
+        law, gap = self.problem.machine.contact_law, observation.column("gap")
+        if law is None or phase.state == State.FREE:
+            return np.zeros_like(gap)
+        return law.energies(gap, observation.column("slip"), phase.residual.compliance)
+
+    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        """Energy (J) that the axial flexibility behind the friction holds at samples."""
+        # no number where no force solves the contact (Painleve)
+        force = np.nan_to_num(observation.column("tangential_force"))
+        flexibility = 0.0 if phase.state == State.FREE else phase.stick.compliance
+        return np.asarray(0.5 * flexibility * force**2)

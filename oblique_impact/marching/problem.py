@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.contact.state import Residual
-from oblique_impact.contact.transitions import ContactMachine
+from oblique_impact.contact.transitions import ContactMachine, Earlier
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.scheme import Scheme
@@ -54,3 +54,4 @@ class Problem:
     #: largest deflection along the beam over its length (samples,), of q (samples, d); None: no small deflections
     relative_deflection: Callable[[Array], Array] | None = None
     multi_contact: MultiContact | None = None  # the places that can touch, if not one alone
+    earlier: Mapping[int, Earlier] = field(default_factory=dict)  # contacts that go on from an earlier run

@@ -116,6 +116,8 @@ class Segment(NamedTuple):
     states: Array  # (samples, ny)
     observation: Observation
     depth: Array  # (samples,) compression of the stop itself (m)
+    stored: Array  # (samples,) J, in elastic stops and the flexibility across the beam behind them
+    stretched: Array  # (samples,) J, in the axial flexibility behind the friction
     each: tuple[int, ...] = ()  # state of each of several contacts
 
 
@@ -129,8 +131,7 @@ class Record:
     passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
     message: str = ""  # about the outcome, if not the outcome's own sentence
-    held: float = 0.0  # J, in an elastic stop at the start
-    stored: float = 0.0  # J, in an elastic stop at the end
-    stretched: float = 0.0  # J, in the axial flexibility behind the friction at the end
+    #: times (s) at which the contact forces were one of several solutions
+    ambiguous: list[float] = field(default_factory=list)
     steps: int = 0
     rejected: int = 0

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import flying, instant_of, moved, with_forces
-from oblique_impact.contact.several import touch_contacts
+from oblique_impact.contact.several import phase_of, touch_contacts
 from oblique_impact.contact.state import (
     INSTANT,
     NO_CONTACT,
@@ -76,6 +76,33 @@ def _keep_contacts(arrays: ContactArrays | None, reported: bool, undefined: bool
 
 
 @jitable
+def _inside_cone(phase: Phase, normal: float, tangential: float) -> tuple[float, float]:
+    """Return forces (N) of a closed contact, means that a scheme reports, inside of the friction cone.
+
+    Where a contact begins or ends they are means of different forces, which no state need have.
+    """
+    tilt, static = phase.residual.tilt, phase.stick.static
+    push = normal - tilt * tangential
+    if not push > 0.0:
+        return 0.0, 0.0
+    if static >= 0.0:  # else a law without stick
+        ratio = static if tangential > 0.0 else -static
+        span = 1.0 - ratio * tilt
+        if span > 0.0 and abs(tangential) * span > static * push:
+            tangential = ratio / span * push
+    return push + tilt * tangential, tangential
+
+
+@jitable
+def _touch_undefined(
+    arrays: ContactArrays | None, system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace
+) -> None:
+    """Take the kinematics of several contacts where nothing solves for their forces."""
+    if arrays is not None:
+        touch_contacts(arrays, system, phase, t, q, qd, w)
+
+
+@jitable
 def _reported(
     arrays: ContactArrays | None,
     system: Any,
@@ -89,10 +116,12 @@ def _reported(
     """Kinematics with the contact forces (2 n,) that a scheme reports."""
     e, tilt = system.approach(t, q, qd, False, w), phase.residual.tilt
     if arrays is None:
-        return moved(NO_CONTACT, e, float(forces[0]), float(forces[1]), 0.0, tilt)
+        normal, tangential = _inside_cone(phase, float(forces[0]), float(forces[1]))
+        return moved(NO_CONTACT, e, normal, tangential, 0.0, tilt)
     touch_contacts(arrays, system, phase, t, q, qd, w)
     for i in range(arrays.rows.shape[0]):
-        arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = forces[2 * i], forces[2 * i + 1]
+        found = _inside_cone(phase_of(phase, arrays, i), forces[2 * i], forces[2 * i + 1])
+        arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE] = found
     return moved(NO_CONTACT, e, 0.0, 0.0, 0.0)
 
 
@@ -131,6 +160,7 @@ def observe_into(
                 qdd[i, j] = np.nan if undefined else dy[d + j]
             if undefined:
                 c = with_forces(c, np.nan, np.nan, np.nan)
+                _touch_undefined(phase.arrays, system, phase, times[i], q, qd, w)
         for j in range(INSTANT):
             known = not (reported or undefined) or j < 4 or INSTANT - 4 <= j < INSTANT - 2
             instants[i, j] = c[j] if known else np.nan

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +26,7 @@ from oblique_impact.contact.state import (
     State,
 )
 from oblique_impact.contact.transitions import AtEnd, ContactProbe, EventKind
-from oblique_impact.errors import RunEnded
+from oblique_impact.errors import Outcome
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Progress
 from oblique_impact.marching.equations import (
@@ -42,7 +44,7 @@ from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import MultiContact, Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Segment
-from oblique_impact.marching.sampling import Observation, observe
+from oblique_impact.marching.sampling import Observation
 
 #: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
 _JUST_OPENED = 1e3
@@ -90,7 +92,19 @@ class MultiContactProbe:
             for b, (_, others) in enumerate(solved):
                 pairs = (rows.normal, rows.tangential), (others.to_normal, others.to_tangential)
                 delassus[a, :, b, :] = np.array(pairs[0]) @ np.array(pairs[1]).T
-        return Group([instant for instant, _ in solved], delassus)
+        instants = [instant for instant, _ in solved]
+        laws = [self._run.contacts.machines.machines[i].contact_law for i in contacts]
+        pushes = [
+            float(law.end_pushes(np.array([c.gap]), np.array([c.slip]))[0]) if law else 0.0
+            for law, c in zip(laws, instants, strict=True)
+        ]
+        for a, c in enumerate(instants if any(pushes) else []):
+            gap, slip = delassus[a, :, :, 1] @ pushes
+            instants[a] = c._replace(
+                gap_acceleration=c.gap_acceleration + float(gap),
+                slip_acceleration=c.slip_acceleration + float(slip),
+            )
+        return Group(instants, delassus)
 
     def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
         """Return q'+ - q'- by impulses, (d,)."""
@@ -126,15 +140,16 @@ class MultiContactRun(Run):
         return phase_of(phase, phase.arrays, contact)
 
     def _begin(self) -> None:
+        self._pass(self._start)
+
+    def _start(self) -> Outcome | None:
         probe = MultiContactProbe(self)
-        change = self.contacts.machines.start(self._phase, probe)
+        change = self.contacts.machines.start(self._phase, probe, self.problem.earlier)
         if change.events:
             self._sample(self._phase)
-        self._change(self._phase, change, probe)
+        return self._change(self._phase, change, probe)
 
-    def _pass_guard(self, guard: int) -> None:
-        leaving = self._phase
-        self._sample(leaving)
+    def _follow(self, leaving: Phase, guard: int) -> Outcome | None:
         probe, t = MultiContactProbe(self), self._now.t
         tolerances = self.problem.machine.tolerances
         recent = ALTERNATING * tolerances.time
@@ -145,9 +160,7 @@ class MultiContactRun(Run):
         ]
         change = self.contacts.machines.after_guard(leaving, guard, lately, probe)
         self._hand_over(change, probe)
-        self._change(leaving, change, probe)
-        self._watch_for_chattering()
-        self._enter(leaving)
+        return self._change(leaving, change, probe)
 
     def _hand_over(self, change: Change, probe: MultiContactProbe) -> None:
         """Hand an elastic contact that slides over the end of a side to the corner there, or back.
@@ -171,8 +184,8 @@ class MultiContactRun(Run):
                     change.phases[j] = machine.pressed(probe.of(j))
                     change.events.append((j, EventKind.IMPACT))
 
-    def _change(self, leaving: Phase, change: Change, probe: MultiContactProbe) -> None:
-        """Apply impulses, log events, open and close contacts, take the new phase."""
+    def _change(self, leaving: Phase, change: Change, probe: MultiContactProbe) -> Outcome | None:
+        """Apply impulses, log events, open and close contacts, take the new phase; why the run ends here."""
         machines, d, t = self.contacts.machines, self.problem.q0.size, self._now.t
         before = {i: probe.of(i).instant for i in {*change.phases, *change.impulses}}
         impulses = change.impulses | change.arrests
@@ -209,8 +222,7 @@ class MultiContactRun(Run):
             self.record.events.append(self._track(i, event, impulse))
             if state == State.FREE and change.impulses:
                 self._left[i] = t
-        if change.failure is not None:
-            raise RunEnded(change.failure)
+        return change.failure
 
     def _stick_axially(self, change: Change) -> None:
         """Begin stick on axial flexibility: contacts hold the material where it is.
@@ -218,19 +230,26 @@ class MultiContactRun(Run):
         That is their travel, since rolling is no slip, and what all forces stretch the axis up to there.
         """
         solved = self.solved
+        pulls = [
+            (row, float(force))
+            for row, force in zip(solved.rows, solved.instants[:, TANGENTIAL_FORCE], strict=True)
+            if row[STATE] != State.FREE
+        ] + [(np.array(row_of(change.phases[i])), force) for i, force in change.pulls.items()]
         for i, state in change.phases.items():
             if state.stick.compliance != 0.0 and state.state == State.STICK:
                 held = float(self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL])
-                for row, force in zip(solved.rows, solved.instants[:, TANGENTIAL_FORCE], strict=True):
-                    if row[STATE] != State.FREE:
-                        held += shared_flexibility(np.array(row_of(state)), row) * float(force)
+                held += sum(shared_flexibility(np.array(row_of(state)), row) * force for row, force in pulls)
                 change.phases[i] = state._replace(stick=state.stick._replace(slip=held))
+
+    @property
+    def _ambiguous(self) -> int:
+        return self.contacts.machines.ambiguous
 
     def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         machine = self.contacts.machines.machines[contact]
         if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
-            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.at(instant.slip).energy(instant.gap))
+            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(instant.gap, instant.slip))
         if self.contacts.on_side[contact] or how is AtEnd.SLIDES_OFF:
             end = min(machine.extent, key=lambda place: abs(place - instant.slip))
             passage = Passage(self._now.t, how, instant.slip, end, self.contacts.obstacles[contact])
@@ -251,7 +270,7 @@ class MultiContactRun(Run):
         for i, state in change.phases.items():
             law, was = self.contacts.machines.machines[i].contact_law, self._state(leaving, i).state
             if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
-                energy = law.at(before[i].slip).energy(before[i].gap)
+                energy = law.energy(before[i].gap, before[i].slip)
                 if gone:
                     self._add_to(gone[0], 0.0, 0.0, 0.0, -energy)  # what it hands over is not lost
                 elif criterion is None or not criterion.located:
@@ -291,8 +310,15 @@ class MultiContactRun(Run):
         return finite
 
     def _close_contact(self) -> None:
+        slips = self.record.segments[-1].observation.contacts[-1, :, SLIP]
         for i in list(self._opened):
-            self._close(i, self.contacts.place(i, self.probe_of(i).instant.slip))
+            self._close(i, self.contacts.place(i, float(slips[i])))
+
+    def _copy_open(self) -> Any:
+        return {i: copy(opened) for i, opened in self._opened.items()}, self._places.copy()
+
+    def _take_open(self, known: Any) -> None:
+        self._opened, self._places = known
 
     def _own_quadratures(self, contact: int) -> Array:
         """Return the quadratures of one contact alone, (7,)."""
@@ -301,42 +327,42 @@ class MultiContactRun(Run):
         found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
         return found
 
-    def _stored(self) -> float:
-        last, stored = self.record.segments[-1], 0.0
+    def _compression(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        arrays, gaps = phase.arrays, observation.contacts[:, :, GAP]
+        if arrays is None or not phase.stop.compliant:
+            return np.zeros(len(gaps))
+        closed = arrays.rows[:, STATE] != State.FREE
+        return np.max(np.where(closed, np.maximum(-gaps, 0.0), 0.0), axis=1)
+
+    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        assert phase.arrays is not None
+        each, stored = observation.contacts, np.zeros(len(states))
         for i, machine in enumerate(self.contacts.machines.machines):
-            if machine.contact_law is not None and last.each[i] != State.FREE:
-                c = last.observation.contacts[-1, i]
-                stored += machine.contact_law.at(float(c[SLIP])).energy(float(c[GAP]))
+            if machine.contact_law is not None and phase.arrays.rows[i, STATE] != State.FREE:
+                stored += machine.contact_law.energies(each[:, i, GAP], each[:, i, SLIP])
         return stored
 
-    def _stretched(self) -> float:
-        assert self._phase.arrays is not None
-        rows = self._phase.arrays.rows
-        forces = np.nan_to_num(self.record.segments[-1].observation.contacts[-1, :, TANGENTIAL_FORCE])
-        pairs = [
-            shared_flexibility(a, b) * force * other
-            for a, force in zip(rows, forces, strict=True)
-            for b, other in zip(rows, forces, strict=True)
-        ]
-        return 0.5 * float(np.sum(pairs))
+    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        assert phase.arrays is not None
+        rows, forces = phase.arrays.rows, np.nan_to_num(observation.contacts[:, :, TANGENTIAL_FORCE])
+        flexibility = np.array([[shared_flexibility(a, b) for b in rows] for a in rows])
+        return np.asarray(0.5 * np.einsum("si,ij,sj->s", forces, flexibility, forces))
 
     def _relative_inertia(self) -> float:
         assert self._phase.arrays is not None
         closed = self._phase.arrays.rows[:, STATE] != State.FREE
         return float(np.min(self._phase.arrays.definite[closed], initial=1.0))
 
-    def _keep(self, progress: Progress) -> None:
-        super()._keep(progress)
+    def _take_peaks(self, progress: Progress) -> None:
         largest = self._scratch.guards.largest
         for i, opened in self._opened.items():
             opened.peak_force = max(opened.peak_force, float(largest[0, i]))
             opened.depth = max(opened.depth, float(largest[1, i]))
         largest[:] = 0.0
 
-    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
+    def _store(self, phase: Phase, times: Array, states: Array, found: Observation) -> None:
         arrays = phase.arrays
         assert arrays is not None
-        found = observe(self.problem.system, phase, times, states, self._scratch.work)
         each, rows = found.contacts, arrays.rows
         for i, opened in self._opened.items():
             opened.peak_force = float(np.fmax.reduce(each[:, i, NORMAL_FORCE], initial=opened.peak_force))
@@ -346,14 +372,10 @@ class MultiContactRun(Run):
             self._places[i] = min(first, *places), max(last, *places)
         found = found._replace(instants=_nearest(rows[:, SIDE], self._ends, each, found.instants))
         states_now = tuple(int(state) for state in rows[:, STATE])
-        compression = np.zeros(len(times))
-        if phase.stop.compliant:
-            closed = rows[:, STATE] != State.FREE
-            compression = np.max(np.where(closed, np.maximum(-each[:, :, GAP], 0.0), 0.0), axis=1)
         kept = states[:, : self._kept].copy()
         state = max(states_now) if phase.state != State.FREE else int(State.FREE)
-        self.record.segments.append(Segment(state, times, kept, found, compression, states_now))
-        return found
+        energies = (of(phase, found, kept) for of in (self._compression, self._stored, self._stretched))
+        self.record.segments.append(Segment(state, times, kept, found, *energies, states_now))
 
 
 def _nearest(sides: Array, ends: Array, each: Array, instants: Array) -> Array:

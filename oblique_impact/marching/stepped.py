@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.flexibility import Flexibility
+from oblique_impact.contact.flexibility import Flexibility, end_step, take_places
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import STATE, Phase, State
@@ -30,15 +33,18 @@ from oblique_impact.marching.sampling import Observation
 from oblique_impact.marching.scheme import Prepared
 from oblique_impact.marching.several import MultiContactRun
 from oblique_impact.marching.time_stepping import (
+    COUNTED,
     HELD,
     IMPACT_NORMAL,
     IMPACT_TANGENTIAL,
     LEAST,
     LOGGED,
     MOST,
+    OF_AN_IMPACT,
     OWN_NORMAL,
     PEAK,
     PLASTIC_LOSS,
+    TIME,
     StepBuffers,
     TimeSteppingScheme,
 )
@@ -64,27 +70,59 @@ class SteppedRun(MultiContactRun):
         self._steps = StepBuffers.new(ends, size, rubs, flexibility)
         self.prepared = Prepared(problem.system, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
+        self._unlogged = deque[Array]()  # changes of the last call
+        self._counted = np.zeros((ends.shape[1], COUNTED))  # at the start
 
     def _begin(self) -> None:
-        """Begin in flight: the first step finds the contacts."""
+        """Begin in flight, but for contacts that go on from an earlier run: the first step finds others."""
+        steps, flexibility, earlier = self._steps, self._steps.flexibility, self.problem.earlier
+        own = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept].reshape(-1, OF_A_CONTACT)
+        for i, contact in earlier.items():
+            at = self.probe_of(i).instant
+            slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
+            state = STUCK if contact.state == State.STICK else slips
+            self._counted[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip]
+            self._log(np.array([0.0, i, OPEN, state, at.slip, at.gap_rate, at.slip_rate, *[0.0] * 3, *self._counted[i]]))
+            steps.states[i], steps.places[i] = state, (at.gap, at.slip, at.gap_rate)
+        if earlier and flexibility.pressed.size:
+            take_places(flexibility, float(self._y[0]), steps.places)
+            for i, contact in earlier.items():
+                forces = contact.normal_force, contact.tangential_force
+                flexibility.after[i] = float(flexibility.toward[i] @ forces)
+            end_step(flexibility, self.problem.scheme.contact_step)
+            own[:, HELD] = 0.5 * flexibility.pressed * flexibility.displaced
+
+    def _enter(self, leaving: Phase | None) -> None:
+        super()._enter(leaving)
+        self._y[-self._counted.size :] = self._counted.ravel()
+        self._set_mark()
 
     def _keep(self, progress: Progress) -> None:
-        for row in self._steps.log[: self._steps.logged[0]]:
-            self._log(row)
+        self._unlogged = deque(self._steps.log[: self._steps.logged[0]])
+        super()._keep(progress)
         if len(self.record.events) > loop.MAX_EVENTS:
             raise RunEnded(Outcome.TOO_MANY_EVENTS)
-        super()._keep(progress)
         self._phase = self._phase._replace(state=_leading(self._steps.states))  # for a progress display
 
-    def _held(self) -> float:
-        of_contacts = self._y[2 * self.problem.q0.size + QUADRATURES : self._kept]
-        return float(of_contacts[HELD::OF_A_CONTACT].sum())
+    def _log_changes(self, until: float) -> None:
+        while self._unlogged and self._unlogged[0][TIME] <= until:
+            self._log(self._unlogged.popleft())
 
-    def _stored(self) -> float:
-        return self._held() if self._massless else 0.0
+    def _copy_open(self) -> Any:
+        return self._began.copy()
 
-    def _stretched(self) -> float:
-        return 0.0 if self._massless else self._held()
+    def _take_open(self, known: Any) -> None:
+        self._began = known
+
+    def _held(self, states: Array) -> Array:
+        of_contacts = states[:, 2 * self.problem.q0.size + QUADRATURES :]
+        return np.asarray(of_contacts[:, HELD::OF_A_CONTACT].sum(axis=1))
+
+    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        return self._held(states) if self._massless else np.zeros(len(states))
+
+    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+        return np.zeros(len(states)) if self._massless else self._held(states)
 
     def _relative_inertia(self) -> float:
         """Return 1: impulses exist for every coefficient of friction."""
@@ -140,22 +178,23 @@ class SteppedRun(MultiContactRun):
     def _close_contact(self) -> None:
         for contact in list(self._began):
             own = self._own_quadratures(contact)[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS]]
-            self._close_stepped(contact, self._now.t, own, self._steps.counted[contact])
+            counted = self._y[-COUNTED * len(self.contacts.places) :].reshape(-1, COUNTED)
+            self._close_stepped(contact, self._now.t, own, counted[contact])
 
-    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
-        """Observe samples; between two changes of states they are a segment of their own."""
+    def _store(self, phase: Phase, times: Array, states: Array, found: Observation) -> None:
+        """Store samples; between two changes of states they are a segment of their own."""
         assert phase.arrays is not None
-        each = states[:, -len(self.contacts.places) :]
+        n = len(self.contacts.places)
+        each = states[:, -(1 + COUNTED) * n :][:, :n]
         each = np.where(np.isnan(each), OPEN, each).astype(int)
-        changes = np.flatnonzero(np.any(each[1:] != each[:-1], axis=1)) + 1
-        for of_time, of_state, own in zip(
-            np.split(times, changes), np.split(states, changes), np.split(each, changes), strict=True
-        ):
-            rows = phase.arrays.rows
-            rows[:, STATE] = [_STATES[int(state)] for state in own[0]]
-            found = super()._observe(phase._replace(state=_leading(own[0])), of_time, of_state)
+        ends = [0, *(np.flatnonzero(np.any(each[1:] != each[:-1], axis=1)) + 1), len(times)]
+        rows = phase.arrays.rows
+        for part in (slice(*pair) for pair in pairwise(ends)):
+            own = each[part.start]
+            rows[:, STATE] = [_STATES[int(state)] for state in own]
+            observed = Observation(*(values[part] for values in found))
+            super()._store(phase._replace(state=_leading(own)), times[part], states[part], observed)
             rows[:, STATE] = State.FREE
-        return found
 
 
 def _leading(states: NDArray[np.int64]) -> int:

@@ -56,7 +56,6 @@ from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
 from oblique_impact.marching.advance import (
     FAILED_ITERATION,
-    UNBOUNDED,
     Limits,
     Position,
     Step,
@@ -79,11 +78,13 @@ from oblique_impact.marching.scheme import Prepared, Scheme
 
 STEPS_PER_CALL = 1_000  # the log of a call has room for every contact in each of its steps
 _MOST_ITERATIONS = 20
-_STALLED = 0.5  # a correction that is no smaller than this part of the last one is rounding
+#: a correction that is no smaller than this part of the last one is rounding, if it is no more than so many
+#: tolerances (see `alpha_step`)
+_STALLED, _ROUNDING = 0.5, 1e6
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
 #: steps in which a contact closes: their impulses are those of its impact
-_OF_AN_IMPACT = 2
+OF_AN_IMPACT = 2
 
 GAP, SLIP, GAP_RATE = range(3)
 #: of the quadratures of a contact: energy (J) that the flexibility holds at its place
@@ -110,7 +111,6 @@ class StepBuffers(NamedTuple):
     gaps: Array  # (n,) at the staggered coordinates; inf of a place that is beyond its side
     closed: NDArray[np.int64]  # (n,) the contacts of the problem, m of them
     states: NDArray[np.int64]  # (n,) of every contact
-    counted: Array  # (n, 7)
     log: Array  # (rows, 17) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
     factored: Array  # (3,) s, step of each effective matrix
@@ -132,7 +132,6 @@ class StepBuffers(NamedTuple):
             np.zeros(n),
             np.zeros(n, dtype=np.int64),
             np.zeros(n, dtype=np.int64),
-            np.zeros((n, COUNTED)),
             np.zeros((STEPS_PER_CALL * n, LOGGED + COUNTED)),
             np.zeros(1, dtype=np.int64),
             np.zeros(EFFECTIVE_SLOTS),
@@ -277,7 +276,7 @@ def _settle(
         if m > 0:
             _take_contacts(stepper, 0, m, t, h, x, v0, rank_one, slot)
         push_places(b.flexibility, h, b.impulses, b.closed, 0)
-    while True:
+    while True:  # at most once for each contact, as the problem only grows
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
         if m == b.states.shape[0]:
@@ -334,8 +333,9 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             return Solution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
         done = change <= stepper.tolerance or change * change <= stepper.tolerance * before
-        if iteration > 0 and (done or change > _STALLED * before):
-            return Solution(OK if change < UNBOUNDED else -FAILED_ITERATION, m, supplied)
+        stalled = change > _STALLED * before and change <= _ROUNDING * stepper.tolerance
+        if iteration > 0 and (done or stalled):
+            return Solution(OK, m, supplied)
         before = change
     return Solution(-FAILED_ITERATION, m, 0.0)
 
@@ -352,10 +352,10 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         s.at[j] = 0.5 * (y[j] + y_new[j])
     before, after = y[2 * d :], y_new[2 * d :]
     tail = QUADRATURES + OF_A_CONTACT * n
-    for k in range(tail):
-        after[k] = before[k]
+    copy(before, after)
     for k in range(tail + d, tail + d + 3 * n):
         after[k] = 0.0
+    counts = after[tail + d + 3 * n :]
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
     push_places(flexibility, h, b.impulses, b.closed, m)
@@ -380,11 +380,12 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
-        if not stepper.massless and (b.states[i] == OPEN or b.counted[i, STEPS] < _OF_AN_IMPACT):
+        counted = counts[COUNTED * i : COUNTED * (i + 1)]
+        if not stepper.massless and (b.states[i] == OPEN or counted[STEPS] < OF_AN_IMPACT):
             # of an impact that jams friction alone may give energy: only the sum is a loss
             plastic, friction = plastic + friction, 0.0
         if state != b.states[i]:
-            _log(stepper, i, state, end, gap_rate, slip_rate_after, before)
+            _log(stepper, i, state, end, gap_rate, slip_rate_after, before, counted)
         own, forces = QUADRATURES + OF_A_CONTACT * i, tail + d + 2 * i
         after[NORMAL_IMPULSE] += normal
         after[TANGENTIAL_IMPULSE] += tangential
@@ -394,11 +395,12 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state != OPEN:
-            impact = not stepper.massless and b.counted[i, STEPS] < _OF_AN_IMPACT
-            _count(b.counted[i], impact, b.places[i, SLIP], normal, tangential, plastic, h)
+            impact = not stepper.massless and counted[STEPS] < OF_AN_IMPACT
+            _count(counted, impact, b.places[i, SLIP], normal, tangential, plastic, h)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
-            _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before)
+            counted = counts[COUNTED * i : COUNTED * (i + 1)]
+            _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before, counted)
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
     if stepper.yields:
@@ -417,11 +419,18 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
 
 @jitable
 def _log(
-    stepper: TimeStepper, i: int, state: int, t: float, gap_rate: float, slip_rate: float, quadratures: Array
+    stepper: TimeStepper,
+    i: int,
+    state: int,
+    t: float,
+    gap_rate: float,
+    slip_rate: float,
+    quadratures: Array,
+    counted: Array,
 ) -> None:
     """Log a change of the state of contact i; begin to count anew if it closes."""
     b, own = stepper.buffers, QUADRATURES + OF_A_CONTACT * i
-    counted, row = b.counted[i], b.log[b.logged[0]]
+    row = b.log[b.logged[0]]
     if b.states[i] == OPEN:
         for k in range(COUNTED):
             counted[k] = 0.0
@@ -534,8 +543,13 @@ class TimeSteppingScheme(Scheme):
     order = 1
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
-        """Acceleration, contact forces and states of contacts over the last step, behind the quadratures."""
-        return size + 3 * contacts
+        """Acceleration, contact forces and states over the last step and counts of contacts: see `COUNTED`."""
+        return size + (3 + COUNTED) * contacts
+
+    def fill_extra_state(self, prepared: Prepared, phase: Phase, y: Array, extra: Array) -> None:
+        """Begin to count."""
+        extra[:] = np.nan
+        extra[-COUNTED * prepared.own.states.size :] = 0.0
 
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return STEPS_PER_CALL

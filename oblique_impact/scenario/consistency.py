@@ -29,8 +29,6 @@ def coordinates(discretization: DiscretizationSection) -> int:
 
 def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
     """Yield each key that does not fit the others, with what is allowed; each may rely on those before it."""
-    if s.root.kind == "driven" and s.initial.angular_velocity not in (0.0, s.initial_angular_velocity):
-        yield "initial.angular_velocity", "a driven root prescribes its own speed; leave it 0"
     if s.discretization.method == "modal":
         uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
         for name in s.beam.tables():
@@ -65,13 +63,9 @@ def _of_contact_point(s: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
-    only = 'only with contact.where = "anywhere"'
-    if s.obstacles:
-        yield "obstacles", only
-    if s.contact.grid != 1:
-        yield "contact.grid", only
     if not s.slope.enabled:
-        yield "slope.enabled", f"false {only}; contact.enabled = false is free motion"
+        only = 'false only with contact.where = "anywhere"'
+        yield "slope.enabled", f"{only}; contact.enabled = false is free motion"
     beyond = not s.slope_side.is_beside(s.initial_slip)
     if s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
         below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
@@ -88,9 +82,6 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
         yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
-    for number, item in enumerate(s.obstacles, start=1):
-        if item.bedding > 0.0 and s.contact.normal != "spring":
-            yield f"obstacles.{number}.bedding", 'only with contact.normal = "spring"'
     steps = s.solver.scheme == "time-stepping"
     if s.contact.point_inertia != "kept" and not steps:
         yield (
@@ -230,7 +221,7 @@ def _of_discretization(s: Scenario) -> Iterator[tuple[str, str]]:
     if d.frame == "mean-axis" and s.root.is_moved:
         frame = "the mean-axis frame is for a pin or a hub of radius 0"
         yield "discretization.frame", f'{frame}; use "tangent" for this root'
-    pieces = len({point, length, *s.contact_nodes})
+    pieces = len(s.fixed_places)
     if d.method != "modal" and d.elements < pieces:
         why = f"contact.grid = {s.contact.grid}" if s.contact_nodes else "a contact point inside the span"
         yield "discretization.elements", f"should be at least {pieces} with {why}"

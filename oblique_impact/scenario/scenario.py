@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 import os.path
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
+from contextvars import ContextVar
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import tomlkit
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.scenario import consistency
+from oblique_impact.scenario import consistency, effects
 from oblique_impact.scenario.comments import commented, listing
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
@@ -34,7 +36,7 @@ from oblique_impact.scenario.sections import (
     SolverSection,
 )
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, shape_property
-from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key
+from oblique_impact.scenario.toml import apply_change, drop_key, flat_keys, parse_toml, set_key
 from oblique_impact.scenario.units import Unit
 
 #: bytes; a scenario file has a hundred lines, and tables of a thousand
@@ -42,9 +44,12 @@ MAX_FILE = 1_000_000
 #: table of a resolved file: values that were not given and follow other keys
 DERIVED = "derived"
 MAX_OBSTACLES = 100
-#: keys whose values may be derived from others
+#: whether a resolved file is read, which holds keys without effect too (an argument would not reach validators)
+_HOLDS_EVERY_KEY = ContextVar("_HOLDS_EVERY_KEY", default=False)
+#: keys whose values may be derived from others; obstacles have their stiffness besides
 FOLLOWERS = (
     "contact.point",
+    "contact.grid",
     "discretization.frame",
     "solver.scheme",
     *(f"beam.{name}" for name in (*SHAPE_PROPERTIES, *MATERIAL_PROPERTIES)),
@@ -55,7 +60,12 @@ def _with_derived(schema: dict[str, Any]) -> None:
     """Add the table of derived values of resolved files to the schema, which has the meanings of keys itself."""
     schema["description"] = str(Scenario.__doc__).partition("\n\n")[0]
     names = {name: {"description": "of a resolved file: follows other keys"} for name in FOLLOWERS}
-    schema["properties"][DERIVED] = {"type": "object", "properties": names, "additionalProperties": False}
+    schema["properties"][DERIVED] = {
+        "type": "object",
+        "properties": names,
+        "patternProperties": {r"^obstacles\.[1-9][0-9]*\.stiffness$": names["contact.point"]},
+        "additionalProperties": False,
+    }
 
 
 class Scenario(Section):
@@ -84,11 +94,11 @@ class Scenario(Section):
     initial: InitialSection = InitialSection()
     base: BaseSection = BaseSection()
     slope: SlopeSection = SlopeSection()
+    discretization: DiscretizationSection = DiscretizationSection()
     contact: ContactSection = ContactSection()
     obstacles: Annotated[tuple[ObstacleSection, ...], Field(strict=False, max_length=MAX_OBSTACLES)] = key(
         (), "obstacles besides the slope, each a table [[obstacles]] further below; [] is none"
     )
-    discretization: DiscretizationSection = DiscretizationSection()
     solver: SolverSection = SolverSection()
 
     # --- keys derived from others unless they are given
@@ -105,8 +115,17 @@ class Scenario(Section):
 
     @field_validator("contact")
     @classmethod
-    def _contact_at_the_tip(cls, contact: ContactSection, info: ValidationInfo) -> ContactSection:
-        return contact.with_defaults(point=info.data["beam"].length) if "beam" in info.data else contact
+    def _contact_of_beam(cls, contact: ContactSection, info: ValidationInfo) -> ContactSection:
+        known = {"beam", "discretization"} <= info.data.keys()
+        return contact.with_defaults(**_contact_defaults(contact.where, **info.data)) if known else contact
+
+    @field_validator("obstacles")
+    @classmethod
+    def _stiffness_of_contact(
+        cls, items: tuple[ObstacleSection, ...], info: ValidationInfo
+    ) -> tuple[ObstacleSection, ...]:
+        contact = info.data.get("contact", ContactSection())
+        return tuple(item.with_defaults(stiffness=contact.stiffness) for item in items)
 
     @field_validator("obstacles", mode="before")
     @classmethod
@@ -152,6 +171,23 @@ class Scenario(Section):
     def conflicts(self) -> Iterator[tuple[str, str]]:
         """Yield keys of different sections that do not fit together, see `oblique_impact.scenario.consistency`."""
         return consistency.conflicts(self)
+
+    @model_validator(mode="after")
+    def _keys_act(self) -> Self:
+        for name, words in effects.without_effect(self) if not _HOLDS_EVERY_KEY.get() else ():
+            raise refused(name, self.value_of(name), words)
+        return self
+
+    def default_of(self, name: str) -> Any:
+        """Return the value that "section.key" has in this scenario where it is not given."""
+        section, _, inner = name.rpartition(".")
+        if section == "contact" and inner in ("point", "grid"):
+            return _contact_defaults(self.contact.where, self.beam, self.discretization)[inner]
+        if section.startswith("obstacles.") and inner == "stiffness":
+            return self.contact.stiffness
+        if name == "discretization.elements" and self.discretization.nodes:
+            return len(self.discretization.nodes) - 1
+        return type(self.value_of(section) if section else self).model_fields[inner].default
 
     # --- derived quantities
 
@@ -259,6 +295,34 @@ class Scenario(Section):
         return (inner, outer) if math.cos(self.initial.angle - side.angle) > 0.0 else (outer, inner)
 
     @property
+    def taken_defaults(self) -> list[str]:
+        """Lines about keys that were not given although results depend on them: `contact.grid`."""
+        grid, is_given = self.contact.grid, "grid" in self.contact.model_fields_set
+        if is_given or not (self.contact.enabled and self.contact.where == "anywhere" and self.sides):
+            return []
+        words = f"sides touch the beam at the ends of {grid} equal parts; 1: at its free end alone"
+        return [f"contact.grid = {grid} is not given: {words}"]
+
+    @property
+    def takes_contact_stiffness(self) -> bool:
+        """Whether the slope or an obstacle without a stiffness or a bedding of its own can be touched."""
+        if self.contact.where == "point" or self.slope.enabled:
+            return True
+        return any(not item.bedding and "stiffness" not in item.model_fields_set for item in self.obstacles)
+
+    @property
+    def holds_constraints(self) -> bool:
+        """Whether a contact is held without any flexibility, across its stop or, where it sticks, along it."""
+        c = self.contact
+        sticks = c.friction == "hybrid" and not c.axial_flexibility
+        return sticks or (c.normal == "rigid" and c.point_inertia == "kept")
+
+    @property
+    def fixed_places(self) -> set[float]:
+        """Places (m along the beam) behind its root where a mesh has a node in any case."""
+        return {self.contact.point, self.beam.length, *self.contact_nodes}
+
+    @property
     def contact_nodes(self) -> tuple[float, ...]:
         """Places (m along the beam) where the exact beam needs nodes besides contact.point: those on sides."""
         if not self.is_absolute or not self.sides:
@@ -282,18 +346,23 @@ class Scenario(Section):
         overrides: list[str] | None = None,
         name: str = "scenario file",
         folder: Path | None = None,
+        is_own: bool = True,
     ) -> Scenario:
         """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its errors.
 
         A file that the text names is read if the `folder` is given that its path begins in; those that `overrides`
-        name begin in the present one.
+        name begin in the present one.  Keys without effect are refused, but those of a resolved file, which holds
+        every key, and of a text that is not the user's own are left out: there `overrides` alone are meant.
         """
         data = parse_toml(text, name)
+        resolved = DERIVED in data
         _drop_derived(data)
         changed = [apply_change(data, item) for item in overrides or []]
         try:
             if folder is not None:
                 take_mesh(data, Path() if "discretization.mesh" in changed else folder)
+            if resolved or not is_own:
+                _drop_without_effect(data, changed)
             return cls.from_dict(data)
         except InputError as error:
             of_file = name and not any(str(error).startswith(key) for key in changed)
@@ -305,7 +374,7 @@ class Scenario(Section):
         if name not in builtin_names():
             known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
             raise refused("scenario", name, f"built-in scenarios are {known}")
-        return cls.from_toml(builtin_text(name), overrides, name="", folder=Path())
+        return cls.from_toml(builtin_text(name), overrides, name="", folder=Path(), is_own=False)
 
     @classmethod
     def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:
@@ -334,6 +403,18 @@ class Scenario(Section):
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
+    def adapted(self, required: Collection[str] | None = None, /, **values: Any) -> Scenario:
+        """Return a copy with changed keys as of `replace`, from which keys that have no effect then are left out.
+
+        Those that are `required` ("section.key") have to act; by default all that are changed.
+        """
+        data = self.model_dump(mode="json", exclude_unset=True)
+        for name, value in values.items():
+            set_key(data, name.split("__"), value, name)
+        changed = [name.replace("__", ".") for name in values]
+        _drop_without_effect(data, changed if required is None else required)
+        return Scenario.from_dict(data)
+
     def to_toml(self) -> str:
         """Return the fully resolved scenario file, a comment above each key with its meaning, unit and range.
 
@@ -348,12 +429,13 @@ class Scenario(Section):
 
     def _derived_keys(self) -> list[str]:
         """Return the keys of this scenario whose values are derived from others."""
-        keys = ["contact.point", "discretization.frame", "solver.scheme"]
+        keys = ["discretization.frame", "contact.point", "contact.grid", "solver.scheme"]
+        keys += [f"obstacles.{number}.stiffness" for number in range(1, len(self.obstacles) + 1)]
         if self.beam.section.shape:
             keys += [f"beam.{name}" for name in SHAPE_PROPERTIES]
         if self.beam.material:
             keys += [f"beam.{name}" for name in MATERIAL_PROPERTIES]
-        given = {f"{section}.{key}" for section in _sections() for key in getattr(self, section).model_fields_set}
+        given = set(self.given())
         return [key for key in keys if key not in given]
 
 
@@ -367,19 +449,41 @@ def _sections() -> dict[str, type[Section]]:
     return {name: a for name, a in found.items() if isinstance(a, type) and issubclass(a, Section)}
 
 
+def _contact_defaults(
+    where: str, beam: BeamSection, discretization: DiscretizationSection, **_: object
+) -> dict[str, float | int]:
+    """Return the values of the keys of contact that follow others: those at the tip, and all along the beam."""
+    return {"point": beam.length, "grid": discretization.contact_parts if where == "anywhere" else 1}
+
+
 def _drop_derived(data: dict[str, Any]) -> None:
     """Remove the values that a file lists as derived, so that they follow other keys again.
 
     A value that is not the listed one was changed by hand since, and stays.  Raises InputError.
     """
     listed = data.pop(DERIVED, {})
-    if not isinstance(listed, dict) or not listed.keys() <= set(FOLLOWERS):
-        raise refused(DERIVED, listed, f"should be a table of {', '.join(FOLLOWERS)}")
+    known = [*FOLLOWERS, "obstacles.N.stiffness"]
+    if not isinstance(listed, dict) or not {re.sub(r"\.[1-9]\d*\.", ".N.", name) for name in listed} <= set(known):
+        raise refused(DERIVED, listed, f"should be a table of {', '.join(known)}")
+    flat = flat_keys(data)
     for name, value in listed.items():
-        section, key = name.split(".")
-        inner = data.get(section)
-        if isinstance(inner, dict) and key in inner and inner[key] == value:
-            del inner[key]
+        if name in flat and flat[name] == value:
+            drop_key(data, name)
+
+
+def _drop_without_effect(data: dict[str, Any], kept: Collection[str]) -> None:
+    """Remove keys without effect, but those that are `kept`: a resolved file holds every key.
+
+    Raises InputError.
+    """
+    token = _HOLDS_EVERY_KEY.set(True)
+    try:
+        found = Scenario.from_dict(data)
+    finally:
+        _HOLDS_EVERY_KEY.reset(token)
+    for name, _ in effects.without_effect(found):
+        if name not in kept:
+            drop_key(data, name)
 
 
 def require_scenario(value: object, where: str) -> Scenario:

@@ -32,6 +32,8 @@ class Section(BaseModel):
 
     #: number, in errors, of the first item of a list in this section
     first_item: ClassVar[int] = 0
+    #: keys that follow those of other sections where they are not given
+    followers: ClassVar[frozenset[str]] = frozenset()
 
     if not TYPE_CHECKING:  # type checkers know the keys as arguments
 
@@ -49,11 +51,13 @@ class Section(BaseModel):
             cls.__signature__ = Signature([Parameter(name, kind, default=value) for name, value in keys.items()])
 
         def __repr__(self) -> str:
-            """Return the call that makes it, with the keys that were given and differ from their defaults."""
+            """Return the call that makes it, with the keys that were given: those not with a fixed default value."""
             given = {
                 name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set
             }
-            told = (f"{k}={v!r}" for k, v in given.items() if v != type(self).model_fields[k].default)
+            fields = type(self).model_fields
+            known = {k: fields[k].default for k in fields if k not in self.followers}
+            told = (f"{k}={v!r}" for k, v in given.items() if k not in known or v != known[k])
             return f"{type(self).__name__}({', '.join(told)})"
 
         __str__ = __repr__
@@ -77,6 +81,17 @@ class Section(BaseModel):
         for part in name.split("."):
             value = value[int(part) - 1] if part.isdigit() else getattr(value, part)
         return value
+
+    def given(self, prefix: str = "") -> Iterator[str]:
+        """Yield the keys that were given, "section.key", those of sections within this one too."""
+        for name in type(self).model_fields:
+            if name not in self.model_fields_set:
+                continue
+            value = getattr(self, name)
+            yield from value.given(f"{prefix}{name}.") if isinstance(value, Section) else [f"{prefix}{name}"]
+            for number, item in enumerate(value if isinstance(value, tuple) else (), start=1):
+                if isinstance(item, Section):
+                    yield from item.given(f"{prefix}{name}.{number}.")
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:

@@ -23,6 +23,8 @@ MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
 MAX_GRID = 1024
+#: parts of a beam in modes at whose ends it can touch sides
+PARTS = 16
 MAX_ROWS = 10_000
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
@@ -83,9 +85,11 @@ class BeamSection(Section):
         0.0, "Kelvin-Voigt damping: the damping matrix is kelvin_voigt K"
     )
     mass_proportional: Annotated[NonNegative, Unit("1/s")] = key(
-        0.0, "mass-proportional damping: the damping matrix is mass_proportional M1"
+        0.0, "mass-proportional damping: each elastic mode decays at half of it, the swing does not"
     )
-    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(0.0, "damping ratio of each elastic mode")
+    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(
+        0.0, "damping ratio of each elastic mode of the beam on its pin, with its hub, or held"
+    )
     tip_mass: Annotated[NonNegative, Unit("kg")] = key(0.0, "point mass at x = length")
     outer_fibre: Annotated[Size, Unit("m")] = key(
         0.0, "distance of the outer fibre from the axis, for the bending stress; 0: circular sections"
@@ -134,12 +138,7 @@ class RootSection(Section):
     spin_up_time: Annotated[NonNegative, Unit("s")] = key(0.0, "duration of a spin-up")
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
-        """Yield keys of other kinds of root."""
-        owners = {"inertia": "hub", "torque": "hub"}
-        owners |= {"spin_rate": "driven", "spin_up_time": "driven", "profile": "driven"}
-        for name, kind in owners.items():
-            if getattr(self, name) not in (0.0, "hold") and self.kind != kind:
-                yield name, f'only with root.kind = "{kind}" (it is "{self.kind}")'
+        """Yield a radius of a pin, and a spin-up without its time."""
         if self.hub_radius > 0.0 and self.kind == "pin":
             yield "hub_radius", 'a pin has radius 0; use root.kind = "hub" or "driven"'
         if self.profile == "spin-up" and self.spin_up_time == 0.0:
@@ -231,6 +230,8 @@ class SlopeSection(Section):
 class ObstacleSection(Section):
     """An obstacle besides the slope: a straight side, with or without ends, or a point; any number of them."""
 
+    followers = frozenset({"stiffness"})
+
     kind: Literal["side", "point"] = key(
         "side", "a straight side, solid on its right as the slope is, or a point (a corner or a peg)"
     )
@@ -245,7 +246,7 @@ class ObstacleSection(Section):
     )
     radius: Annotated[NonNegative, Unit("m")] = key(0.0, "radius of the peg (a point); 0 is a corner")
     stiffness: Annotated[Positive, Unit("N/m")] = key(
-        1e6, 'stiffness where it is touched, with `contact.normal = "spring"`'
+        1e6, 'stiffness where it is touched, with `contact.normal = "spring"`; not given: `contact.stiffness`'
     )
     bedding: Annotated[NonNegative, Unit("N/m^2")] = key(
         0.0,
@@ -253,18 +254,11 @@ class ObstacleSection(Section):
         "bears on as much of it as lies under its own part of the beam; the ends of the side are no corners then",
     )
 
-    def conflicts(self) -> Iterator[tuple[str, str]]:
-        """Yield keys of the other kind of obstacle, and a stiffness beside a bedding."""
-        owners = {"angle": "side", "extent": "side", "bedding": "side", "radius": "point"}
-        for name, kind in owners.items():
-            if getattr(self, name) and self.kind != kind:
-                yield name, f'only with kind = "{kind}" (it is "{self.kind}")'
-        if self.bedding > 0.0 and self.stiffness != type(self).model_fields["stiffness"].default:
-            yield "stiffness", f"bedding = {self.bedding:g} N/m^2 stands in its place; leave this key out"
-
 
 class ContactSection(Section):
     """The contact between the beam and the slope, at the beam's point `point`, or with all obstacles anywhere."""
+
+    followers = frozenset({"point", "grid"})
 
     enabled: bool = key(True, "whether slope and obstacles are touched; false: free motion")
     where: Literal["point", "anywhere"] = key(
@@ -273,9 +267,10 @@ class ContactSection(Section):
         "side, and any place of the beam by pegs and corners (`anywhere`)",
     )
     grid: Annotated[int, Field(ge=1, le=MAX_GRID)] = key(
-        1,
+        PARTS,
         'number of equal parts of the beam at whose ends it can touch sides, with `where = "anywhere"`; 1: its '
-        "free end alone. Pegs and corners touch it at any place whatever the grid",
+        "free end alone; not given: the elements of a beam in all its nodes or in absolute coordinates, "
+        f"{PARTS} of one in modes. Pegs and corners touch it at any place whatever the grid",
     )
     point: Annotated[Positive, Unit("m")] = key(
         1.0, "place of the contact point along the beam; not given: the beam's length"
@@ -331,11 +326,7 @@ class ContactSection(Section):
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
         """Yield keys of laws that do not fit together."""
-        if self.normal != "rigid" and self.restitution > 0.0:
-            yield "restitution", "only with a rigid stop; a spring has contact.damping"
-        if self.normal != "rigid" and self.impact != "newton":
-            yield "impact", 'only with contact.normal = "rigid": others have no impacts'
-        if self.mu_static < self.mu_kinetic:
+        if self.friction == "hybrid" and self.mu_static < self.mu_kinetic:
             yield "mu_static", f"should be at least contact.mu_kinetic = {self.mu_kinetic}"
         if self.point_inertia == "none" and (self.restitution > 0.0 or self.impact != "newton"):
             without = '"none" has no impacts'
@@ -394,13 +385,8 @@ class DiscretizationSection(Section):
         """Yield keys that the method, the mesh or the nodal model does not take."""
         if self.mesh:
             yield "mesh", "is read with a scenario file or by --set; give discretization.nodes"
-        if self.method == "modal":
-            if self.modes < 1:
-                yield "modes", f"should be 1 to {MAX_MODES} for the modal method"
-            if self.grading != 1.0:
-                yield "grading", 'the modal method has no mesh; use 1.0, or discretization.method = "fem"'
-            if self.nodes:
-                yield "nodes", 'only with discretization.method = "fem" or "absolute"'
+        if self.method == "modal" and self.modes < 1:
+            yield "modes", f"should be 1 to {MAX_MODES} for the modal method"
         if self.method == "fem" and self.modes > 2 * self.elements:
             yield "modes", f"should be at most the {2 * self.elements} modes of the mesh"
         if self.nodes and self.elements != len(self.nodes) - 1:
@@ -418,6 +404,11 @@ class DiscretizationSection(Section):
     def is_nodal(self) -> bool:
         """Whether this is the full nodal model: finite elements, nothing reduced."""
         return self.method == "fem" and self.modes == 0
+
+    @property
+    def contact_parts(self) -> int:
+        """Parts of the beam at whose ends it can touch sides, unless `contact.grid` says how many."""
+        return min(self.elements, MAX_GRID) if self.is_nodal or self.method == "absolute" else PARTS
 
 
 class SolverSection(Section):

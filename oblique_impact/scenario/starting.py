@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +13,6 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import save_text, writing_file
 from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.scenario import Scenario, builtin_names, builtin_text
-from oblique_impact.scenario.section import Section
 
 #: starts (s) of the macro-collisions of each built-in case, as in `History.macro_collisions`
 _COLLISIONS: dict[str, tuple[float, ...]] = {
@@ -105,7 +104,7 @@ def start_scenario(
     scenario = base if isinstance(base, Scenario) else Scenario.load(base)
     heads = [_about(base)] if isinstance(base, str) and base in builtin_names() else []
     about = [textwrap.fill(f"# {line}", 110, subsequent_indent="#   ") for line in (*heads, *notes)]
-    body = commented(Scenario, scenario.model_dump(mode="json"), set(_given(scenario)))
+    body = commented(Scenario, scenario.model_dump(mode="json"), set(scenario.given()))
     with writing_file(path, ""):
         _require_new(path)  # nor made by another process since
         save_text(path, "\n".join([*about, _HOW, "", body]), "")
@@ -116,17 +115,6 @@ def _require_new(path: Path) -> None:
     """Raise InputError if there is such a file."""
     if path.exists():
         raise InputError(f"{path}: is there already; choose another name, or remove it first")
-
-
-def _given(section: Section, name: str = "") -> Iterator[str]:
-    """Yield the keys that a scenario gives, "section.key", those of sections within sections too."""
-    for key in section.model_fields_set:
-        value = getattr(section, key)
-        yield from _given(value, f"{name}{key}.") if isinstance(value, Section) else [f"{name}{key}"]
-        if isinstance(value, tuple):
-            for number, item in enumerate(value, start=1):
-                if isinstance(item, Section):
-                    yield from _given(item, f"{name}{key}.{number}.")
 
 
 def _about(name: str) -> str:

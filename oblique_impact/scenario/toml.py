@@ -54,6 +54,15 @@ def set_key(data: dict[str, Any], keys: list[str], value: Any, what: str) -> Non
     target[keys[-1]] = value
 
 
+def drop_key(data: dict[str, Any], name: str) -> None:
+    """Remove "section.key" from nested sections that hold it; items of a list of sections count from 1."""
+    *sections, key = name.split(".")
+    inner: Any = data
+    for section in sections:
+        inner = inner[int(section) - 1] if isinstance(inner, list) else inner[section]
+    del inner[key]
+
+
 def apply_change(data: dict[str, Any], item: str) -> str:
     """Apply "section.key=value", whose value is TOML or a bare word taken as a string; returns the key."""
     path, separator, text = item.partition("=")

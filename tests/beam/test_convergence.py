@@ -15,6 +15,7 @@ DAMPED = "beam.kelvin_voigt=1e-5"
 SPRING = "contact.normal=spring"
 MEAN_AXIS = "discretization.frame=mean-axis"
 ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
+STEPS = (*("contact.where=anywhere", "contact.grid=1", "solver.scheme=time-stepping"), MEAN_AXIS)
 NODAL = ("discretization.method=fem", "discretization.modes=0")
 #: a steel strip of 0.2 m x 10 mm x 1 mm on a spring that is stiffer than what two modes leave out of its tip
 STRIP = (
@@ -49,6 +50,11 @@ def advice(line: str) -> tuple[str, ...]:
         ((SPRING, "contact.stiffness=1e9"), ALL),
         ((SPRING, "contact.stiffness=1e9", DAMPED), ()),
         (("contact.enabled=false",), ()),
+        # friction along a beam that cannot stretch, in time-stepping
+        ((*STEPS, DAMPED), ("tangential_impulse", "peak_force")),
+        ((*STEPS, DAMPED, "contact.axial_flexibility=true"), ("peak_force",)),
+        ((*STEPS, DAMPED, "contact.friction=frictionless"), ("peak_force",)),
+        (STEPS, ALL),
     ],
 )
 def test_what_has_no_limit(changes, names):
@@ -121,21 +127,28 @@ def test_a_spring_on_too_few_modes_says_how_many_give_the_force():
 
 
 def test_a_spring_of_an_obstacle_is_judged_at_its_own_place_and_stiffness():
-    """A peg of 1e6 N/m at 0.08 m of the strip; `contact.stiffness` is that of the slope, which is left out."""
+    """A peg of 1e6 N/m at 0.08 m of the strip; `contact.stiffness` is that of pegs without a stiffness."""
     peg = "obstacles=[{kind='point', origin=[0.08, 0.0], stiffness=1e6}]"
-    onto = (*STRIP, MEAN_AXIS, "slope.enabled=false", "contact.where=anywhere", peg, "end_time=0.1")
-    onto = (*onto, "contact.stiffness=1.0", "initial.angle=20 deg")
+    onto = [key for key in STRIP if not key.startswith("slope.")]
+    onto += [
+        MEAN_AXIS,
+        "slope.enabled=false",
+        "contact.where=anywhere",
+        peg,
+        "end_time=0.1",
+        "initial.angle=20 deg",
+    ]
     few = simulate(Scenario.builtin("paper", [*onto, "discretization.modes=8"]))
     (line,) = (words for words in few.summary["warnings"] if "leave out" in words)
     assert line.startswith("obstacles.1.stiffness: ")
     assert "at x = 0.08 m" in line
     assert few.macro_collisions[0]["peak_force"] > 1.1 * converged_peak(onto, line)
-    # nor does a stiff slope that is nowhere near make a soft peg a rigid one, whereas a stiff peg is one
+    # a stiff peg is a rigid one, whichever key makes it stiff
     soft = "obstacles=[{kind='point', origin=[0.5, 0.0], stiffness=1e6}]"
-    anywhere = (SPRING, "slope.enabled=false", "contact.where=anywhere", "contact.stiffness=1e9")
+    anywhere = (SPRING, "slope.enabled=false", "contact.where=anywhere")
     assert unconverged_results(Scenario.builtin("paper", [*anywhere, soft])) == ()
-    stiff = (soft.replace("1e6", "1e9"), "contact.stiffness=1e6")
-    assert unconverged_results(Scenario.builtin("paper", [*anywhere, *stiff])) == ALL
+    for stiff in ([soft.replace("1e6", "1e9")], [soft.replace(", stiffness=1e6", ""), "contact.stiffness=1e9"]):
+        assert unconverged_results(Scenario.builtin("paper", [*anywhere, *stiff])) == ALL
 
 
 @pytest.mark.parametrize(("normal", "peak"), [("rigid", False), ("spring", True)])

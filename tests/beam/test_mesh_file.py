@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import meshio
 import numpy as np
 import pytest
 
 from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.fem_beam import NodalBeam, beam_mesh
+from oblique_impact.scenario.mesh_file import read_nodes
 
 FEM = ["discretization.method=fem", "contact.point=0.7", "discretization.modes=2"]
 NODES = beam_mesh(1.0, 9, 0.7, grading=3.0).p[0]
@@ -48,6 +51,62 @@ def test_operators_are_those_of_the_same_mesh(tmp_path, name, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+#: a graded mesh; the finest element is at the root
+PLACES = [0.0, 0.1, 0.3, 0.6, 1.0]
+ABAQUS = "*Heading\n*Node\n" + "".join(f"{n}, 0., {-y}\n" for n, y in enumerate(PLACES, start=1))
+
+
+@pytest.mark.parametrize("kind", ["B33", "B23", "b31", "B33H", "B31OS", "PIPE21", "t2d2", "B32", "B22"])
+def test_beams_of_abaqus_by_hand(tmp_path, caplog, kind):
+    """Two nodes, also of cubic elements, or three; drawn from the origin downwards, the root is at the origin."""
+    quadratic = "1, 1, 2, 3\n2, 3, 4, 5\n"
+    lines = quadratic if kind in ("B32", "B22") else "".join(f"{n}, {n}, {n + 1}\n" for n in range(1, 5))
+    path = tmp_path / "beam.inp"
+    path.write_text(f"{ABAQUS}*Element, type={kind}, elset=beam\n{lines}*Elset, elset=all\n 1, 2\n*Step\n")
+    with caplog.at_level("INFO"):
+        assert read_nodes(path) == PLACES
+    assert "along y; the root is its end at y = 0 m, the free end at y = -1 m" in caplog.text.replace(
+        ", mid nodes taken as nodes,", ""
+    )
+    assert ("mid nodes" in caplog.text) == (kind in ("B32", "B22"))
+
+
+@pytest.mark.parametrize("shift", [0.0, 3.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_root_is_the_end_at_the_origin_or_else_the_lower_one(tmp_path, caplog, sign, shift):
+    path = write(tmp_path / "beam.vtk", [shift + sign * x for x in PLACES])
+    turned = shift != 0.0 and sign < 0.0
+    expected = [1.0 - x for x in PLACES[::-1]] if turned else PLACES
+    np.testing.assert_allclose(read_nodes(path), expected, rtol=0.0, atol=1e-15)
+    # where no end is at the origin this is not left unsaid
+    assert [record.levelname for record in caplog.records] == ["WARNING"] * (shift != 0.0)
+
+
+@pytest.mark.parametrize("name", ["beam.vtk", "beam.msh"])
+def test_mid_nodes_are_nodes(tmp_path, name):
+    """gmsh and VTK list them behind the ends."""
+    points = np.stack([PLACES, np.zeros(5), np.zeros(5)], axis=1)
+    mesh = meshio.Mesh(points, {"line3": [[0, 2, 1], [4, 2, 3]]})
+    mesh.write(tmp_path / name, file_format={"beam.msh": "gmsh"}.get(name))
+    assert read_nodes(tmp_path / name) == PLACES
+
+
+def test_nodes_of_neighbours_within_rounding_are_one(tmp_path):
+    """0.1 + 0.2 is 0.30000000000000004."""
+    write(tmp_path / "beam.vtk", [0.0, 0.1 + 0.2, 0.3, 1.0], [[0, 1], [2, 3]])
+    assert read_nodes(tmp_path / "beam.vtk") == [0.0, 0.3, 1.0]
+
+
+def test_a_command_says_how_a_mesh_was_read(tmp_path, monkeypatch, cli):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "beam.vtk", [-x for x in PLACES])
+    changes = ["discretization.method=fem", "discretization.modes=2", "discretization.mesh=beam.vtk"]
+    options = [word for change in changes for word in ("--set", change)]
+    code, _, notes = cli("modes", "paper", *options)
+    assert code == 0
+    assert "4 elements along x; the root is its end at x = 0 m, the free end at x = -1 m" in notes
+
+
 def test_a_resolved_scenario_needs_the_file_no_more(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "beam.vtk", NODES)
@@ -67,6 +126,16 @@ BAD = {
         lambda path: meshio.Mesh(np.eye(3), {"triangle": [[0, 1, 2]]}).write(path),
         "has no line elements",
     ),
+    "a kind unknown": (
+        f"{ABAQUS}*Element, type=S99\n1, 1, 2\n",
+        "Element type not available: S99; of Abaqus beams",
+    ),
+    "orientation": (f"{ABAQUS}*Element, type=B31\n1, 1, 2, 5\n2, 2, 3, 5\n", "without nodes of orientation"),
+    "no length": (lambda path: write(path, [0.0, 0.5, 0.5 + 1e-16, 1.0]), "without gaps and overlaps"),
+    "another format": (
+        lambda path: path.write_text("# vtk DataFile Version 5.1\nno\nASCII\n"),
+        "cannot be read: ",
+    ),
     "bent": (lambda path: write(path, NODES, aside=0.1), "should lie on one axis"),
     "gap": (lambda path: write(path, NODES, np.delete(chain(len(NODES)), 3, axis=0)), "without gaps and overlaps"),
     "too long": (lambda path: write(path, 2.0 * NODES), "should go from 0 to beam.length = 1.0"),
@@ -78,14 +147,17 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_what_does_not_fit_is_one_line(tmp_path, monkeypatch, case):
+def test_what_does_not_fit_is_one_line(tmp_path, monkeypatch, capfd, case):
     monkeypatch.chdir(tmp_path)
     make, words = BAD[case]
+    name = "beam.inp" if str(make).startswith("*") else "beam.vtk"
     if callable(make):
-        make(tmp_path / "beam.vtk")
+        make(tmp_path / name)
     elif make:
-        (tmp_path / "beam.vtk").write_text(make)
+        (tmp_path / name).write_text(make)
     with pytest.raises(InputError, match=words) as refused:
-        Scenario.load("paper", [*FEM, "discretization.mesh=beam.vtk"])
+        Scenario.load("paper", [*FEM, f"discretization.mesh={name}"])
     assert str(refused.value).startswith("discretization.")
     assert "\n" not in str(refused.value)
+    assert not re.search("cannot be read: ([0-9]|;|$)", str(refused.value))  # a reason in words
+    assert capfd.readouterr() == ("", "")

@@ -36,8 +36,8 @@ def resting(angle_to_slope, angle, mu, frame, method, modes, scheme, end_time=0.
         discretization__method=method,
         discretization__modes=modes,
         solver__scheme=scheme,
-        solver__contact_step=2e-6,
         end_time=end_time,
+        **({} if scheme == "event" else {"solver__contact_step": 2e-6}),
         **changes,
     )
 

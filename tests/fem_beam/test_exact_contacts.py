@@ -178,7 +178,7 @@ def test_points_of_the_beam_get_nodes_and_meet_a_side():
         "discretization.elements=8",
         "contact.stiffness=1e5",
         "end_time=0.01",
-        obstacles=[{"kind": "side", "origin": [0.0, -1e-3], "stiffness": 1e5}],
+        obstacles=[{"kind": "side", "origin": [0.0, -1e-3]}],
     )
     assert {round(event.place, 12) for event in found.events} == {round(1 / 3, 12), round(2 / 3, 12), 1.0}
     assert abs(found.balance["unaccounted"]) < 1e-11
@@ -187,7 +187,7 @@ def test_points_of_the_beam_get_nodes_and_meet_a_side():
 def thrown(speed: float, extent: list[float]) -> Thrown:
     """A soft bar that lies on a table is thrown lengthwise (m/s)."""
     table = {"kind": "side", "origin": [0.0, -1e-6], "extent": extent, "stiffness": 1e4}
-    keys = ("initial.angular_velocity=0", "end_time=0.008", "contact.friction=frictionless")
+    keys = ("initial.angular_velocity=0", "end_time=0.008", "contact.friction=frictionless", "contact.grid=1")
     given = scenario(*keys, "solver.output_interval=1e-3", obstacles=[table])
     problem = exact_problem(given, replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
     beam = problem.system.beam
@@ -241,9 +241,10 @@ def test_section_forces_jump_where_pegs_push_as_those_of_modes_do():
     low = [{"kind": "point", "origin": [x, -x / 500], "stiffness": 1e5} for x in (0.43, 0.77)]
     words = ["contact.friction=frictionless", "initial.angular_velocity=-0.2", "beam.kelvin_voigt=1e-4"]
     words += ["discretization.frame=mean-axis", "end_time=0.0125", "solver.output_interval=5e-4"]
-    known = run(
-        *words, "discretization.method=modal", "solver.scheme=event", "discretization.modes=16", obstacles=low
+    in_modes = scenario(*words, obstacles=low).adapted(
+        discretization__method="modal", solver__scheme="event", discretization__modes=16
     )
+    known = simulate(in_modes)
     given = scenario(*words, "discretization.elements=16", obstacles=low)
     found = simulate_exact(given, sections=ElasticSections.bernoulli_euler(given))
     forces = [history.section_forces() for history in (found, known)]

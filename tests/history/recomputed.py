@@ -206,9 +206,13 @@ class FloatingBeam(_Beam):
         )
         bend = B @ self.station_slopes.T
         self.axis_tangent = 1.0 - 0.5 * self.kept * bend**2 + 1j * bend
-        # mass-proportional damping is a load from outside on the motion in the frame
-        self.drag = -1j * s.beam.mass_proportional * self.mass * (Bd @ self.values.T)
-        self.drag = self.drag * np.exp(1j * self.theta)[:, None]
+        # damping by mass and by mode is a load from outside that does not turn beam and hub
+        X, slowed = self.mass * (self.arms + self.short), self.slowed @ self.values.T
+        hub = self.slowed @ self.root_slope
+        turn = -((X * slowed).sum(axis=1) + self.hub_inertia * hub) / (X @ self.arms + self.hub_inertia)
+        turn = turn if s.root.kind != "driven" else 0.0 * turn
+        self.drag = -1j * self.mass * (slowed + np.outer(turn, self.arms)) * np.exp(1j * self.theta)[:, None]
+        self.hub_drag = -self.hub_inertia * (hub + turn)
         self.turning = np.zeros_like(self.v_points.real)  # sections have no rotary inertia
 
     def _turned(self, x, y, xd, yd):
@@ -249,8 +253,7 @@ class FloatingBeam(_Beam):
 
     @cached_property
     def elastic(self):
-        stiffness = self.scenario.beam.youngs_modulus * self.second_moment(self.points) * self.weights
-        return 0.5 * (self.B @ self.curvatures.T) ** 2 @ stiffness
+        return 0.5 * (self.B @ self.curvatures.T) ** 2 @ self.stiffnesses
 
     @cached_property
     def kinetic(self):
@@ -264,13 +267,39 @@ class FloatingBeam(_Beam):
         return hub + 0.5 * (spin**2 * square + 2.0 * spin * self.arms * yd + yd**2) @ self.mass
 
     @cached_property
-    def damping_power(self):
-        """Power (W) of Kelvin-Voigt and mass-proportional damping."""
+    def stiffnesses(self):
+        """E I at the points, times their weights."""
+        return self.scenario.beam.youngs_modulus * self.second_moment(self.points) * self.weights
+
+    @cached_property
+    def elastic_mass(self):
+        """Mass in motions of the deflections alone, in which a root that is free turns as the swing leaves it."""
+        mass = self.values.T @ (self.mass[:, None] * self.values)
+        mass += self.hub_inertia * np.outer(self.root_slope, self.root_slope)
+        swing = self.turned(np.eye(len(mass)))
+        if self.scenario.root.kind != "driven":
+            mass -= np.outer(swing, swing) / (self.arms**2 @ self.mass + self.hub_inertia)
+        return mass
+
+    @cached_property
+    def slowed(self):
+        """Rates of B' by damping by mass and by mode, (samples, n)."""
         b = self.scenario.beam
-        stiffness = b.youngs_modulus * self.second_moment(self.points) * self.weights
-        bending = (self.Bd @ self.curvatures.T) ** 2 @ stiffness
-        moving = (self.Bd @ self.values.T) ** 2 @ self.mass + self.hub_inertia * (self.Bd @ self.root_slope) ** 2
-        return b.kelvin_voigt * bending + b.mass_proportional * moving
+        slowed = b.mass_proportional * self.Bd
+        if b.modal_damping_ratio > 0.0:
+            squares, modes = eigh(
+                self.curvatures.T @ (self.stiffnesses[:, None] * self.curvatures), self.elastic_mass
+            )
+            rates = 2.0 * b.modal_damping_ratio * np.sqrt(squares)
+            slowed = slowed + self.Bd @ self.elastic_mass @ (modes * rates) @ modes.T
+        return slowed
+
+    @cached_property
+    def damping_power(self):
+        """Power (W) of Kelvin-Voigt damping, and of that by mass and by mode."""
+        bending = (self.Bd @ self.curvatures.T) ** 2 @ self.stiffnesses
+        moving = (self.Bd @ self.elastic_mass * self.slowed).sum(axis=1)
+        return self.scenario.beam.kelvin_voigt * bending + moving
 
     @cached_property
     def hub_spin(self):

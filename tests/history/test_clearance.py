@@ -42,7 +42,7 @@ def test_a_mere_touch_is_no_passing(run, case):
 
 def test_a_side_that_the_beam_passes_where_nothing_touches_it_is_told(run):
     """The root is 0.1 m below the side, the free end above it; an elastic stop that is pressed in is not told."""
-    side = ("slope.enabled=false", "contact.where='anywhere'", "obstacles=[{origin=[0.0, 0.1]}]")
+    side = ("slope.enabled=false", "contact.where='anywhere'", "contact.grid=1", "obstacles=[{origin=[0.0, 0.1]}]")
     history = run("paper", *side, "end_time=0.01")
     assert history.summary["clearance"] == {"distance": pytest.approx(-0.1), "x": 0.0, "time": 0.0, "obstacle": 1}
     (line,) = [line for line in history.summary["warnings"] if "passes" in line]
@@ -119,8 +119,8 @@ def test_beyond_the_end_the_beam_falls_past(run):
 SLIDING = {  # other schemes: tests/small/test_slope_ends.py
     "rigid, event": ("paper", 0.71017, "end_time=0.33"),
     "spring, exact": (
-        *("elastic-stop", 0.71018, "end_time=0.3225", "discretization.elements=4", "discretization.modes=2"),
-        *("discretization.method='absolute'", "solver.scheme='energy-consistent'"),
+        *("paper", 0.71018, "contact.normal='spring'", "contact.friction='frictionless'", "end_time=0.3225"),
+        *("discretization.method='absolute'", "discretization.frame='mean-axis'", "discretization.elements=4"),
         *("solver.free_step=1e-3", "solver.contact_step=2e-5", "solver.output_interval=1e-3"),
     ),
 }

@@ -40,7 +40,7 @@ UNITS = {
     "rad": "theta",
     "rad/s": "theta_dot",
     "N": "lambda_n lambda_tau",
-    "J": "energy_kinetic energy_elastic energy_gravity",
+    "J": "energy_kinetic energy_elastic energy_gravity energy_contact",
     "1": "state",
 }
 

@@ -57,7 +57,8 @@ def fem(modes=3):
 SHAPED = "beam.section={shape='rectangle',width=0.02,height=[[0,0.022],[1.1,0.012]]}"
 CASES = {
     "hub": f"{hub(0.5)} {modal()}",
-    "hub, full, spring inside": f"{hub(0.2, 0.02)} {SPRING} {INSIDE} contact.damping=0.3 {FULL} {modal(4)}",
+    "hub, full, spring inside": f"{hub(0.2, 0.02)} {SPRING} {INSIDE} contact.damping=0.3 {FULL} {modal(4)} "
+    "beam.mass_proportional=50 beam.modal_damping_ratio=0.02",
     "hub, zeroth order": f"{hub(0.1, torque=0.8)} {INSIDE} contact.friction=modified-coulomb "
     f"discretization.kinetics=zeroth-order {modal(2)}",
     "driven, full, Routh": f"{driven(0.15)} {TAPER} beam.kelvin_voigt=2e-5 contact.impact=routh "
@@ -338,13 +339,18 @@ def test_the_ledger_is_that_of_the_integrals(beam):
     assert beam.total[0] + supplied - lost - final == pytest.approx(0.0, abs=part)
 
 
+def section_forces(beam):
+    """Forces, inertial, and moments that a section passes on to what lies inside of it, (samples, stations)."""
+    h, turn = beam.history.section_forces(), np.exp(1j * beam.theta)[:, None]
+    axial = h["axial_force"].values
+    across = (beam.axis_tangent.imag * axial - h["shear"].values) / beam.axis_tangent.real
+    return turn * (axial + 1j * across), h["moment"].values
+
+
 def test_section_forces_carry_the_outer_part(beam):
     """Momentum and angular momentum of what lies outside of a section change by its loads less these forces."""
     h, x = beam.history.section_forces(), beam.x
-    turn = np.exp(1j * beam.theta)[:, None]
-    axial, moment = h["axial_force"].values, h["moment"].values
-    across = (beam.axis_tangent.imag * axial - h["shear"].values) / beam.axis_tangent.real
-    force = turn * (axial + 1j * across)
+    force, moment = section_forces(beam)
     z, p = beam.z_points, beam.v_points * beam.mass
     load = beam.drag + beam.felt * beam.mass
     turning = cross(z, p) + beam.turning
@@ -368,6 +374,30 @@ def test_section_forces_carry_the_outer_part(beam):
                 assert apart < part, (k, apart)
     modulus = beam.fibre(x) / beam.second_moment(x)
     close(h["bending_stress"].values, modulus * moment, 1e-12)
+
+
+def is_free_and_full(name):
+    """Whether the root of a case is free to turn, and nothing of the kinetic energy is dropped."""
+    scenario = scenario_of(name)
+    return scenario.root.kind != "driven" and scenario.discretization.kinetics == "full"
+
+
+@pytest.mark.parametrize("name", list(filter(is_free_and_full, CASES)))
+def test_the_root_turns_the_hub_and_a_pin_carries_no_moment(name):
+    """J_h (theta' + phi'(0)')' = torque + the forces of the root's section + the share of damping."""
+    beam = beam_of(name)
+    assert np.abs(beam.drag).max() > 0.0
+    force, moment = section_forces(beam)
+    turning = moment[:, 0] + cross(beam.z[:, 0], force[:, 0])
+    if beam.hub_inertia == 0.0:
+        assert np.abs(turning).max() < 1e-11 * np.abs(moment).max()
+        return
+    given, spin = beam.scenario.root.torque + turning + beam.hub_drag, beam.hub_inertia * beam.hub_spin
+    assert np.abs(beam.hub_drag).max() > 1e-3 * np.abs(turning).max()
+    for piece in (piece for piece in beam.pieces if piece.size >= 20):
+        apart = spin[piece] - spin[piece[0]] - beam.over(piece, given)
+        span = beam.time[piece[-1]] - beam.time[piece[0]]
+        assert np.abs(apart).max() < rough(beam) * span * np.abs(turning).max()
 
 
 def test_the_clearance_is_the_smallest_distance_of_the_axis(beam):

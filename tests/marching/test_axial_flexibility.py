@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import History, Scenario, simulate
+from oblique_impact.validation.studies.quantities import not_determined
 from tests.marching.test_several import run
 
 PEG = ({"kind": "point", "origin": [0.5, 0.0]},)
@@ -65,10 +66,10 @@ def test_a_contact_that_sticks_is_a_spring_of_the_stiffness_of_the_beam(scheme, 
 
 def test_two_contacts_that_stick_share_the_axis_between_root_and_the_nearer():
     """Slips that hardly last may be others by fixed steps, which find states at the ends of steps."""
-    keys = (*ELASTIC, "end_time=0.384", "solver.contact_step=1e-6", "solver.free_step=1e-5")
+    keys, steps = (*ELASTIC, "end_time=0.384"), ("solver.contact_step=1e-6", "solver.free_step=1e-5")
     times = []
     for scheme in ("event", "generalized-alpha", "fixed-step"):
-        found = run(*keys, f"solver.scheme={scheme}", obstacles=BOTH)
+        found = run(*keys, f"solver.scheme={scheme}", *(() if scheme == "event" else steps), obstacles=BOTH)
         held, slid, stretched = defects(found)
         assert (found["contact_state"].values == 2).all(axis=1).any()
         assert held < 2e-6 * stretched
@@ -141,3 +142,21 @@ def test_contacts_stick_in_time_stepping_too(pegs):
     assert errors[1] < 5e-3
     assert errors[0] / errors[1] > 1.5
     assert losses[0] / losses[1] == pytest.approx(2.0, rel=0.2)
+
+
+def test_tangential_impulses_have_a_limit_where_the_beam_stretches_and_are_listed_where_not():
+    """A straight beam strikes a peg: only its foreshortening yields to friction if it cannot stretch."""
+    keys = (*STEPS, "gravity=0", "beam.kelvin_voigt=1e-5", "slope.origin=[0.3, -1]", "end_time=0.04")
+    start, impulses = {"angle": 0.05, "angular_velocity": -2.0}, []
+    for step in (2e-6, 1e-6, 5e-7):
+        found = run(*keys, f"solver.contact_step={step}", f"solver.free_step={step}", obstacles=PEG, initial=start)
+        impulses.append(found.macro_collisions[0]["tangential_impulse"])
+        assert "tangential_impulse" not in found.summary["without_limit"]
+    first, second = np.diff(impulses)
+    assert abs(second) < abs(first) < 5e-5
+    stiff = run(*keys, "contact.axial_flexibility=false", "solver.contact_step=2e-6", obstacles=PEG, initial=start)
+    assert stiff.summary["without_limit"][0] == "tangential_impulse"
+    (line,) = (words for words in stiff.summary["warnings"] if words.startswith("contact.friction"))
+    assert "contact.axial_flexibility = true" in line
+    names = ("tangential_impulse", "impulse", "max:lambda_tau")
+    assert set(not_determined(names, stiff)) >= {"tangential_impulse", "max:lambda_tau"}

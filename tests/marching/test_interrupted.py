@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from oblique_impact import History, Interrupted, Outcome, Scenario, simulate, simulate_system
+from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.impacts import NewtonImpact
 from tests.systems import Block
 
 NODAL = (
@@ -67,3 +69,60 @@ def test_a_small_system_is_interrupted_alike():
     with pytest.raises(Interrupted) as stopped:
         simulate_system(ball, start, np.zeros(2), 5.0, on_progress=after(2), output_interval=1e-3)
     assert 0.0 <= stopped.value.history.summary["end_time"] < 5.0
+
+
+class Thrown(Block):
+    """A block of 1 kg that is thrown onto a rough ground, and interrupted as its forces are asked for."""
+
+    def __init__(self, calls: int = 10**9) -> None:
+        super().__init__(lambda t, q, qd: (0.0, -9.8))
+        self.left = calls
+
+    def forces(self, t, q, qd):
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+        return super().forces(t, q, qd)
+
+    def energy(self, t, q, qd):
+        return 0.5 * float(qd @ qd), 0.0, 9.8 * float(q[1])
+
+    def run(self) -> History:
+        """A rebound, a second impact with the rest of the slip, and stick."""
+        laws = {"friction": Coulomb(0.3, 0.3), "impact_law": NewtonImpact(0.3)}
+        return simulate_system(self, [0.0, 0.1], [0.4, 0.0], 0.5, output_interval=5e-2, **laws)
+
+
+def test_an_interrupt_within_a_transition_leaves_books_that_agree():
+    """At any call of the forces: momentum and energy balance at the last sample, and nothing is later than it."""
+    whole = Thrown()
+    assert [e.kind.value for e in whole.run().events][-1] == "stick"
+    calls = 10**9 - whole.left
+    for call in np.linspace(30, calls - 60, 150).astype(int):
+        with pytest.raises(Interrupted) as stopped:
+            Thrown(int(call)).run()
+        history = stopped.value.history
+        end = history.summary["end_time"]
+        assert end == float(history["time"].values[-1])
+        assert all(event.time <= end for event in history.events)
+        assert all(contact.start <= contact.end <= end for contact in history.contacts)
+        pushed = sum(contact.normal_impulse for contact in history.contacts)
+        assert pushed - 9.8 * end == pytest.approx(float(history["qd"][-1, 1]), abs=1e-9)
+        rubbed = sum(contact.tangential_impulse for contact in history.contacts)
+        assert 0.4 + rubbed == pytest.approx(float(history["qd"][-1, 0]), abs=1e-9)
+        assert abs(history.summary["energy"]["unaccounted"]) < 1e-9
+
+
+@pytest.mark.parametrize("calls", [1, 2, 4])
+def test_time_stepping_is_interrupted_alike(calls):
+    """Events are logged by the steps of a call: those behind its last sample are not of the history."""
+    keys = "initial.angle=0.2214 initial.angular_velocity=-6 contact.where=anywhere contact.grid=4 end_time=0.1"
+    steps = "solver.scheme=time-stepping solver.contact_step=1e-5 solver.free_step=1e-5 solver.output_interval=7e-3"
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper", [*keys.split(), *steps.split(), "discretization.frame=mean-axis"]), after(calls))
+    history = stopped.value.history
+    end = history.summary["end_time"]
+    assert history.contacts
+    assert all(event.time <= end for event in history.events)
+    assert all(contact.start <= contact.end <= end and contact.normal_impulse >= 0.0 for contact in history.contacts)
+    assert abs(history.summary["energy"]["unaccounted"]) < 1e-5 * history.summary["energy"]["initial"]

@@ -25,11 +25,51 @@ LARGE = {
 }
 
 
+# a soft beam is thrown onto two pegs, and its free part wraps around the outer one
+ON_PEGS = {
+    "end_time": 0.3,
+    "beam": {"youngs_modulus": 3e5},
+    "initial": {"angle": 0.2, "angular_velocity": -40.0},
+    "slope": {"enabled": False},
+    "obstacles": [{"kind": "point", "origin": [0.3, 0.03]}, {"kind": "point", "origin": [0.5, 0.02]}],
+    "contact": {"where": "anywhere"},
+    "discretization": {"method": "modal", "frame": "mean-axis", "modes": 3},
+    "solver": {"scheme": "time-stepping", "contact_step": 1e-5, "free_step": 1e-5, "output_interval": 1e-3},
+}
+
+
+def assert_ends_where_it_ends(history):
+    """No sample, event or contact is later than the end, and the impulses are those of the momentum until then."""
+    end = history.summary["end_time"]
+    assert float(history["time"].values[-1]) == end
+    assert all(event.time <= end for event in history.events)
+    assert [e.time for e in history.events] == sorted(e.time for e in history.events)
+    for contact in history.contacts:
+        assert contact.start <= contact.end <= end
+        assert contact.normal_impulse >= 0.0
+        assert contact.energy_loss >= -1e-9
+
+
+def test_time_stepping_that_ends_early_has_no_changes_behind_its_end():
+    """Steps are taken by the thousand; the deflection has grown too large before the last of them."""
+    history = simulate(Scenario.from_dict(ON_PEGS))
+    assert history.outcome is Outcome.LARGE_DEFLECTION
+    assert_ends_where_it_ends(history)
+    assert len(history.contacts) > 2
+    # the whole run to that end has the same contacts
+    whole = simulate(Scenario.from_dict({**ON_PEGS, "end_time": history.summary["end_time"]}))
+    assert [e.time for e in history.events] == pytest.approx([e.time for e in whole.events], abs=1e-12)
+    for one, other in zip(history.contacts, whole.contacts, strict=True):
+        assert one[:6] == pytest.approx(other[:6], rel=1e-6, abs=1e-9)
+    assert history.balance["lost_impact"] == pytest.approx(whole.balance["lost_impact"], rel=1e-9)
+
+
 @pytest.mark.parametrize("name", LARGE)
 def test_a_deflection_beyond_half_the_length_ends_the_run(name):
     scenario = Scenario.builtin("paper", LARGE[name].split())
     history = simulate(scenario)
     assert history.outcome is Outcome.LARGE_DEFLECTION
+    assert_ends_where_it_ends(history)
     largest = np.abs(history["uy"].values).max(axis=1) / scenario.beam.length
     assert largest[-1] > 0.5
     assert np.all(largest[history["time"].values < history["time"].values[-1]] <= 0.5)
@@ -62,9 +102,10 @@ def test_slip_that_becomes_painleve_is_stopped_by_name():
     """
     keys = "root.kind=driven root.profile=spin-up root.spin_rate=-2 root.spin_up_time=0.05 initial.angle=0.3 "
     keys += "slope.angle=-0.2 beam.kelvin_voigt=1e-3 contact.mu_static=1.65 contact.mu_kinetic=1.65 end_time=0.1 "
-    keys += f"slope.origin=[{np.cos(0.3)},{np.sin(0.3)}] solver.contact_step=2e-6"
+    keys += f"slope.origin=[{np.cos(0.3)},{np.sin(0.3)}]"
     scenario = Scenario.builtin("paper", keys.split())
-    located, stepped = (simulate(scenario.replace(solver__scheme=s)) for s in ("event", "generalized-alpha"))
+    steps = {"solver__scheme": "generalized-alpha", "solver__contact_step": 2e-6}
+    located, stepped = simulate(scenario), simulate(scenario.replace(**steps))
     for history in (located, stepped):
         assert history.outcome is Outcome.PAINLEVE
         assert [e.kind.value for e in history.events] == ["impact"]

@@ -25,8 +25,8 @@ I_BEAM = f"{SHAPED}=i-beam beam.section.width=0.02 beam.section.height=0.04"
 #: key that is refused, changes of the paper's case, words of what is allowed
 STEPPED = "solver.scheme=time-stepping"
 REFUSED = [
-    ("root.inertia", "root.inertia=1", 'only with root.kind = "hub" (it is "pin")'),
-    ("root.torque", f"{DRIVEN} root.torque=2", 'only with root.kind = "hub" (it is "driven")'),
+    ("root.inertia", "root.inertia=1", 'only with root.kind = "hub"'),
+    ("root.torque", f"{DRIVEN} root.torque=2", 'only with root.kind = "hub"'),
     ("root.spin_rate", "root.spin_rate=1", 'only with root.kind = "driven"'),
     ("root.spin_up_time", "root.spin_up_time=1", 'only with root.kind = "driven"'),
     ("root.profile", "root.kind=hub root.profile=constant-speed", 'only with root.kind = "driven"'),
@@ -153,14 +153,18 @@ REFUSED = [
         "a depth that changes along the beam",
     ),
     ("contact.enabled", f"{ANYWHERE} slope.enabled=false", "write contact.enabled = false"),
-    ("initial.angle", f"{ANYWHERE} initial.angle=0.2", "at 1 m starts 0.0212064 m below the slope"),
+    ("initial.angle", f"{ANYWHERE} contact.grid=1 initial.angle=0.2", "at 1 m starts 0.0212064 m below the slope"),
     (
         "initial.angle",
         f"{ANYWHERE} initial.angle=0 slope.origin=[0.5,0] slope.angle=0 slope.extent=[0,9]",
         "an end of the slope lies on the beam's axis",
     ),
-    ("obstacles.1.radius", f"{ANYWHERE} obstacles=[{{radius=0.1}}]", 'only with kind = "point" (it is "side")'),
-    ("obstacles.1.angle", f"{ANYWHERE} obstacles=[{{kind='point',angle=0.1}}]", 'only with kind = "side"'),
+    ("obstacles.1.radius", f"{ANYWHERE} obstacles=[{{radius=0.1}}]", 'only with kind = "point"'),
+    (
+        "obstacles.1.angle",
+        f"{ANYWHERE} obstacles=[{{kind='point',origin=[0.5,0.1],angle=0.1}}]",
+        'only with kind = "side"',
+    ),
     ("obstacles.1.extent", f"{ANYWHERE} obstacles=[{{extent=[1,0]}}]", "first less than last"),
     ("obstacles.2.radius", f"{ANYWHERE} obstacles=[{{}},{{radius=-1}}]", "greater than or equal to 0"),
     ("obstacles.1.radus", f"{ANYWHERE} obstacles=[{{radus=1}}]", "did you mean radius?"),
@@ -170,7 +174,11 @@ REFUSED = [
         "0.01 m from the beam's axis",
     ),
     ("obstacles.1.origin", f"{ALONE} obstacles=[{{kind='point',origin=[0.5,0]}}]", "lies on the beam's axis"),
-    ("obstacles.1.origin", f"{ALONE} obstacles=[{{origin=[0,0.01]}}]", "at 1 m starts 0.01 m below obstacle 1"),
+    (
+        "obstacles.1.origin",
+        f"{ALONE} obstacles=[{{origin=[0,0.01]}}] contact.grid=1",
+        "at 1 m starts 0.01 m below obstacle 1",
+    ),
     ("obstacles.1.origin", f"{ALONE} obstacles=[{{extent=[0.5,2]}}]", "an end of obstacle 1 lies on"),
     (
         "obstacles.1.origin",

@@ -44,7 +44,7 @@ def test_sides_and_points_count_from_the_slope_on(scenario):
     first, last, peg, right, left = scenario.obstacle_points
     assert first == (0, 0.3, 0.0, 0.0, 2e6, True)
     assert last[1:3] == pytest.approx((0.3 + 2.0 * math.cos(math.pi / 10), 2.0 * math.sin(math.pi / 10)))
-    assert peg == (1, 0.5, 0.0, 0.005, 1e6, False)
+    assert peg == (1, 0.5, 0.0, 0.005, 2e6, False)
     assert [(p.obstacle, p.corner) for p in (right, left)] == [(2, True), (2, True)]
     assert (right.x, right.y, left.x, left.y) == pytest.approx((1.0, 2.0, -0.5, 2.0))
     assert scenario.beam_points == (0.5, 1.0)
@@ -71,7 +71,7 @@ def test_files_keep_them(scenario, tmp_path):
 
 
 def test_they_are_changed_as_a_whole_and_item_by_item(scenario):
-    peg = ObstacleSection(kind="point", origin=(0.5, 0.0))
+    peg = ObstacleSection(kind="point", origin=(0.5, 0.0), stiffness=2e6)
     one = Scenario.from_toml(TEXT, ['obstacles=[{kind="point", origin=[0.5, 0.0]}]'])
     assert one.obstacles == (peg,)
     assert scenario.replace(obstacles=(peg,)).obstacles == (peg,)

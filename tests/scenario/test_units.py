@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from fractions import Fraction
 
 import pytest
 
@@ -9,7 +10,15 @@ from oblique_impact import Scenario
 from oblique_impact.scenario.materials import MATERIALS
 from tests.refusals import refused_in_one_line
 
-# SI brochure, 9th edition: prefixes and derived units; a degree is pi/180 rad
+INCH = Fraction("0.0254")
+
+
+def exact(*factors) -> float:
+    return float(math.prod(map(Fraction, factors)))
+
+
+# SI brochure, 9th edition: prefixes and derived units; a degree is pi/180 rad.  NIST Special Publication 811,
+# appendix B: a pound is 0.45359237 kg, an inch 0.0254 m, standard gravity 9.80665 m/s2
 TEXTS = [
     ("beam.length", "12 mm", 0.012),
     ("beam.length", "1.2e3mm", 1.2),
@@ -28,6 +37,20 @@ TEXTS = [
     ("initial.angular_velocity", "-30 rpm", -math.pi),
     ("contact.stiffness", "1 kN/mm", 1e6),
     ("solver.output_interval", "0.1 ms", 1e-4),
+    ("end_time", "0.5 sec", 0.5),
+    ("end_time", "1.5metre s / metre", 1.5),
+    ("beam.length", "10 inches", 0.254),
+    ("beam.youngs_modulus", "1e7 psi", exact("1e7", "0.45359237", "9.80665", 1 / INCH**2)),
+    ("beam.youngs_modulus", "700 kbar", 70e9),
+    ("beam.youngs_modulus", "70000 N / mm2", 70e9),
+    ("beam.density", "0.1 lb/in3", exact("0.1", "0.45359237", 1 / INCH**3)),
+    ("beam.density", "2.7 t/m^3", 2700.0),
+    ("beam.density", "2700 kg m-3", 2700.0),
+    ("contact.stiffness", "10 lbf/in", exact(10, "0.45359237", "9.80665", 1 / INCH)),
+    ("beam.mass_proportional", "2/s", 2.0),
+    ("gravity", "1 g_n", 9.80665),
+    ("gravity", "9.81 m/(s s)", 9.81),
+    ("initial.angular_velocity", "0.5 rev/s", math.pi),
 ]
 
 
@@ -76,8 +99,8 @@ def test_texts_in_pairs_and_in_tables_over_x():
     scenario = Scenario.from_dict(
         {
             "slope": {"origin": ["300 mm", 0]},
-            "contact": {"regularization": ("1 mm/s", "2 cm/s")},
-            "solver": {"baumgarte": ["10 1/s", "1 1/ms"]},
+            "contact": {"friction": "modified-coulomb", "regularization": ("1 mm/s", "2 cm/s")},
+            "solver": {"baumgarte": ["20 1/s", "1 1/ms"]},
             "beam": {"tip_mass": "50 g", "area": [["0 mm", "3 cm^2"], [0.5, 2e-4], ["1000 mm", "100 mm^2"]]},
             "discretization": {"method": "fem"},
         }
@@ -85,7 +108,7 @@ def test_texts_in_pairs_and_in_tables_over_x():
     assert scenario.beam.tip_mass == 0.05
     assert scenario.slope.origin == (0.3, 0.0)
     assert scenario.contact.regularization == (1e-3, 2e-2)
-    assert scenario.solver.baumgarte == (10.0, 1000.0)
+    assert scenario.solver.baumgarte == (20.0, 1000.0)
     assert scenario.beam.area == ((0.0, 3e-4), (0.5, 2e-4), (1.0, 1e-4))
 
 
@@ -97,12 +120,38 @@ def test_texts_in_pairs_and_in_tables_over_x():
         ("slope.angle", "400 deg", ["less than or equal"]),
         ("beam.length", "12 furlong", ["'furlong' is no unit", "known: m, g, s"]),
         ("beam.length", "12 (m", ["no unit"]),
-        ("beam.length", '"12"', ["a number in m", '"1 m"']),
+        ("beam.length", '"12"', ["a number in m", '"12 m"']),
+        ("beam.youngs_modulus", '"2.1e11"', ["a number in Pa", '"2.1e11 Pa"']),
         ("beam.length", "1e999 m", ["finite"]),
         ("beam.length", "-12 mm", ["greater than 0"]),
         ("initial.angular_velocity", "2 Hz", ["in rad/s, not in Hz"]),
         ("slope.origin", '["300 mm", "1 kg"]', ["in m, not in kg", "entry 2", "1 kg"]),
         ("contact.mu_static", "1 m", ["valid number"]),
+        # nothing behind a number is left out
+        ("beam.length", '"5 cm#5"', ["'cm#5' is no unit"]),
+        ("beam.length", "5 cm; 5", ["'cm; 5' is no unit"]),
+        ("beam.length", "5 m 2", ["'m 2' is no unit"]),
+        ("beam.length", "5 m @", ["'m @' is no unit"]),
+        ("beam.length", "5 m.", ["'m.' is no unit"]),
+        ("beam.length", "1,5 m", ["with a decimal point"]),
+        ("beam.length", "1_000 m", ["without separators"]),
+        ("beam.length", "1 000 m", ["without separators"]),
+        ("beam.length", "1e-999999999 kg", ["in m, not in kg"]),
+        ("beam.length", f'"{"1" * 5000} m"', ["a number in m"]),
+        # what people write
+        ("root.torque", "5 Nm", ["'Nm' is no unit", 'did you mean "N m"?']),
+        ("root.torque", "5 kN-m", ['did you mean "kN m"?']),
+        ("root.torque", "5 lb-ft", ['did you mean "lbf ft"?']),
+        ("root.torque", "5 N.mm", ['did you mean "N mm"?']),
+        ("root.inertia", "5 kgm2", ['did you mean "kg m2"?']),
+        ("beam.length", "'5\"'", ['did you mean "in"?']),
+        ("beam.youngs_modulus", "70 GPA", ['did you mean "GPa"?']),
+        ("beam.youngs_modulus", "70e3 MPA", ['"MPa"']),
+        ("beam.youngs_modulus", "70 Pas", ["'Pas' is no unit"]),
+        ("beam.youngs_modulus", "1e7 lb/in^2", ["in Pa, not in lb/in^2", 'did you mean "lbf/in^2"?']),
+        ("contact.stiffness", "1 KN/m", ['did you mean "kN/m"?']),
+        ("initial.angular_velocity", "30 RPM", ['did you mean "rpm"?']),
+        ("gravity", "1 g", ["in m/s^2, not in g", 'did you mean "g_n"?']),
     ],
 )
 def test_what_is_no_value_of_the_unit_is_one_line(path, value, words):

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from oblique_impact import History, Outcome, Scenario, simulate, simulate_system
+from oblique_impact import History, MechanicalSystem, Outcome, Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Baumgarte, State
 from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.kernels.system import ContactRows
 from oblique_impact.marching import loop
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
@@ -22,6 +23,7 @@ from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.processes import python
 from tests.small.systems import (
+    EVENT_ERROR,
     GRAVITY,
     ROUNDING,
     SCHEMES,
@@ -176,6 +178,52 @@ def test_an_impact_into_a_painleve_configuration_keeps_the_impulse():
     assert history.outcome is Outcome.PAINLEVE
     assert kinds_of(history) == ["impact"]
     assert history.events[0].normal_impulse == pytest.approx(sqrt(2.0 * GRAVITY * 0.05) / 1.75, rel=1e-9)
+
+
+class Inclined(MechanicalSystem):
+    """Coordinates x, y of 1 kg each under constant forces, with the gap x and the slip 3 x + y."""
+
+    size = 2
+
+    def __init__(self, *force: float) -> None:
+        self.force = np.array(force)
+
+    def mass_matrix(self, t, q):
+        return np.eye(2)
+
+    def forces(self, t, q, qd):
+        return self.force
+
+    def contact(self, t, q, qd):
+        rows = np.array([1.0, 0.0]), np.array([3.0, 1.0])
+        return ContactRows(q[0], rows[1] @ q, qd[0], rows[1] @ qd, *rows)
+
+    def energy(self, t, q, qd):
+        return 0.5 * float(qd @ qd), 0.0, -float(self.force @ q)
+
+
+@pytest.mark.parametrize(("scheme", "error"), [("event", EVENT_ERROR), ("fixed-step", 1e-3), ("generalized-alpha", 1e-5)])
+def test_a_sliding_contact_that_could_hold_or_open_opens(scheme, error):
+    """A_nn - mu A_nt = 1 - 3/2 is negative: with x'' = 1 without force x'' = 0 with 2 N solves the problem too.
+
+    The gap 0.01 - 0.3 t + t^2/2 closes at 0.3 - sqrt(0.07); a plastic impact leaves it (t - t1)^2/2.
+    """
+    closes = 0.3 - sqrt(0.07)
+    start, end = ([0.01, 0.0], [-0.3, 5.0]), 0.2
+    pushed = simulate_system(Inclined(1.0, 0.0), *start, end, friction=Coulomb(0.5, 0.5), scheme=scheme_of(scheme, 1e-4))
+    assert pushed.outcome is Outcome.COMPLETED
+    assert kinds_of(pushed) == ["rebound"]
+    assert last(pushed, "gap") == pytest.approx(0.5 * (end - closes) ** 2, abs=error)
+    (warning,) = pushed.summary["warnings"]
+    assert "not unique at 0.035" in warning
+    # without friction there is nothing to choose
+    assert "warnings" not in simulate_system(Inclined(1.0, 0.0), *start, end).summary
+
+
+def test_a_sliding_contact_that_would_close_without_a_force_is_painleve():
+    pressed = simulate_system(Inclined(-1.0, 0.0), [0.01, 0.0], [-0.3, 5.0], 0.2, friction=Coulomb(0.5, 0.5))
+    assert pressed.outcome is Outcome.PAINLEVE
+    assert "warnings" not in pressed.summary
 
 
 @pytest.mark.parametrize("dip", [0.3, 1e-2, 1e-3])

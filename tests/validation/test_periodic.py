@@ -9,10 +9,11 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from oblique_impact import InputError, Outcome, Scenario
+from oblique_impact import InputError, Outcome, Scenario, simulate
 from oblique_impact.validation import PeriodicSection, periodic_response, sweep
 from oblique_impact.validation.studies.design import make_plan
 from oblique_impact.validation.studies.maps import draw_responses
+from oblique_impact.validation.studies.quantities import not_determined
 from oblique_impact.validation.studies.study import TABLE
 from tests.refusals import refused_in_one_line
 
@@ -48,6 +49,31 @@ def test_a_history_of_a_steady_state_begins_and_ends_in_the_same_state():
         STRIP.replace(base__frequency=13.0), (history["q"].values[-1], history["qd"].values[-1])
     )
     assert again.summary["periodic"]["transient"] == 16  # which are looked at, and are steady
+
+
+def test_a_steady_state_under_damping_by_mode_is_determined():
+    """Its contacts, one a period, are one macro-collision; from another start it comes to the same numbers."""
+    ruler = STRIP.replace(beam__kelvin_voigt=0.0, beam__modal_damping_ratio=0.01, base__frequency=13.0)
+    whole = simulate(ruler.replace(end_time=4.0))
+    assert whole.macro_collisions[-1]["contacts"] > 40
+    assert not any("not determined" in warning for warning in whole.summary["warnings"])
+    assert not_determined(("impulse", "second_impulse", "energy_final", "max:lambda_n"), whole) == {}
+    one = periodic_response(ruler, settings=PeriodicSection(tolerance=1e-8))
+    bent = np.array([1.0, 1.02, 1.02])  # the root is held
+    state = bent * one["q"].values[-1], 0.98 * one["qd"].values[-1]
+    other = periodic_response(ruler, state, settings=PeriodicSection(tolerance=1e-8))
+    assert other.summary["periodic"]["transient"] > 32
+    for entry in ("normal_impulse", "peak_force", "start"):
+        values = [history.macro_collisions[0][entry] for history in (one, other)]
+        assert values[0] == pytest.approx(values[1], rel=1e-6), entry
+
+
+def test_contacts_on_a_shaken_base_are_counted_by_its_periods():
+    """Without damping too: 31 contacts in a row, one or two a period, are none that wave packets make."""
+    undamped = STRIP.replace(beam__kelvin_voigt=0.0, discretization__modes=6, base__frequency=13.0, end_time=2.6)
+    history = simulate(undamped)
+    assert max(collision["contacts"] for collision in history.macro_collisions) > 20
+    assert not any("magnifies" in warning for warning in history.summary["warnings"])
 
 
 def test_a_motion_that_has_not_settled_in_time_has_no_period():
@@ -125,6 +151,6 @@ def test_settings_are_checked(keys):
 
 def test_a_run_that_ends_early_says_so():
     """The clamped strip bends by more than half of its length."""
-    history = periodic_response(STRIP.replace(base__acceleration=2000.0, contact__enabled=False))
+    history = periodic_response(STRIP.adapted(base__acceleration=2000.0, contact__enabled=False))
     assert history.outcome is Outcome.LARGE_DEFLECTION
     assert "periodic" not in history.summary

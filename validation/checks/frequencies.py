@@ -172,7 +172,7 @@ def paper_beam() -> Iterator[Measurement]:
     text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
     for method, constant in (("modal", 0.0), ("fem", VALUES["1.3"])):
         for root, frame in _FRAMES.items():
-            keys = (f"method={method}", f"frame={frame}", "elements=64")
+            keys = (f"method={method}", f"frame={frame}", *(("elements=64",) if method == "fem" else ()))
             scenario = Scenario.builtin("paper", [f"discretization.{key}" for key in keys])
             speed = np.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)) / scenario.beam.length**2
             computed = build_operators(scenario).natural_frequencies()

@@ -39,7 +39,7 @@ def _oscillator(**changes: Any) -> Scenario:
         "discretization__modes": 1,
         "discretization__kinetics": "zeroth-order",
     }
-    return Scenario.builtin("shaken").replace(**one_degree | changes)
+    return Scenario.builtin("shaken").adapted(**one_degree | changes)
 
 
 _DAMPED: dict[str, Any] = {"beam__modal_damping_ratio": _ZETA, "base__acceleration": _ACCELERATION}

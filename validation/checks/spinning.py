@@ -29,7 +29,8 @@ _NAMES = {"modal": "48 assumed modes", "fem": f"{_ELEMENTS} elements"}
 @cache
 def _beam(root: str, radius: float, method: str) -> SpinningBeam:
     held = {"kind": "pin"} if root == "h" else {"kind": "driven", "hub_radius": radius}
-    found = discretization(method).spectrum(unit_beam(held, method=method, elements=_ELEMENTS))
+    mesh = {"elements": _ELEMENTS} if method == "fem" else {}
+    found = discretization(method).spectrum(unit_beam(held, method=method, **mesh))
     assert isinstance(found, SpinningBeam)
     return found
 

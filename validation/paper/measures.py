@@ -85,9 +85,15 @@ class Models(NamedTuple):
 
 
 def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, **changes: Any) -> Scenario:
-    """Return the paper's case; fixed steps judge stick as it is printed (Sec. 5.3), by the force alone."""
-    own = {"solver__stick": "force", "solver__scheme": scheme, "solver__output_interval": output_interval}
-    return Scenario.builtin("paper").replace(**own, contact__friction=model, **changes)
+    """Return the paper's case by a scheme and a friction law."""
+    case = Scenario.builtin("paper").replace(solver__output_interval=output_interval, **changes)
+    return _marched(case, scheme, model)
+
+
+def _marched(case: Scenario, scheme: str, model: str) -> Scenario:
+    """Return a case by a scheme and a law; fixed steps judge stick as printed (Sec. 5.3), by the force alone."""
+    stick = {"solver__stick": "force"} if (scheme, model) == ("fixed-step", "hybrid") else {}
+    return case.adapted(contact__friction=model, solver__scheme=scheme, **stick)
 
 
 def cases() -> dict[str, Scenario]:
@@ -96,14 +102,14 @@ def cases() -> dict[str, Scenario]:
     `paper` is behind figures 2 to 16.  `sticking` (a steep rough slope) and `rough` (the paper's slope with much
     friction) stick.
     """
-    steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE, solver__stick="force")
+    steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE)
     friction: dict[str, Any] = {"contact__mu_static": ROUGH, "contact__mu_kinetic": ROUGH}
     rough = paper("event", **friction, discretization__frame="mean-axis", discretization__modes=3)
     found = {f"paper/{scheme}/{model}": paper(scheme, model, FINE) for scheme, model in product(SCHEMES, MODELS)}
     for (group, scenario), scheme, model in product(
         {"sticking": steep, "rough": rough}.items(), SCHEMES, ("hybrid", "modified-coulomb")
     ):
-        found[f"{group}/{scheme}/{model}"] = scenario.replace(contact__friction=model, solver__scheme=scheme)
+        found[f"{group}/{scheme}/{model}"] = _marched(scenario, scheme, model)
     return found
 
 

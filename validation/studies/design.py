@@ -18,6 +18,7 @@ from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
+from oblique_impact.scenario.effects import idle
 from oblique_impact.scenario.messages import did_you_mean, one_of, refused, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas, label_of, schema_of, unit_of_key
@@ -328,7 +329,7 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         values = {key: value for direction, value in row for key in direction.names}
         changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
-            found = base.replace(**changed)
+            found = base.adapted(values, **changed)
             if file.periodic:
                 require_periodic(found)
         except InputError as error:
@@ -339,6 +340,10 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     possible = [scenario for _, scenario, _ in made if scenario]
     if not possible:
         raise InputError(made[0][2] + (" (and no other run is possible)" if len(made) > 1 else ""))
+    for key in keys:
+        words = [idle(scenario, key) for scenario in possible]
+        if all(words):
+            raise refused(key, possible[0].value_of(key), words[0])
     default = RESPONSE if file.periodic else default_quantities(possible[0])
     wanted = tuple(dict.fromkeys(file.quantities or default))
     longest = max(scenario.end_time for scenario in possible)

@@ -52,8 +52,10 @@ def _steps(scenario: Scenario, level: float) -> Scenario:
             '--steps: solver.scheme = "event" chooses its steps itself; refine --tolerances, '
             "or take --set solver.scheme=fixed-step or generalized-alpha"
         )
-    contact_step = level * (solver.contact_step / solver.free_step)
-    return scenario.replace(solver__free_step=level, solver__contact_step=contact_step)
+    changed = {"solver__free_step": level}
+    if scenario.contact.enabled:
+        changed["solver__contact_step"] = level * (solver.contact_step / solver.free_step)
+    return scenario.replace(**changed)
 
 
 def _stiffness(scenario: Scenario, level: float) -> Scenario:
@@ -72,17 +74,18 @@ def _tolerances(scenario: Scenario, level: float) -> Scenario:
 
 def _elements(scenario: Scenario, level: float) -> Scenario:
     changed = {"discretization__method": "fem", "discretization__elements": int(level)}
-    if 1 < scenario.contact.grid == scenario.discretization.elements:
+    is_given = "grid" in scenario.contact.model_fields_set
+    if is_given and 1 < scenario.contact.grid == scenario.discretization.elements:
         changed["contact__grid"] = int(level)  # a place of contact on each node
-    return scenario.replace(**changed)
+    return scenario.adapted(**changed)
 
 
 def _nodes_alone(scenario: Scenario, level: float) -> Scenario:
     """End sides at the last node within them, as if the places between nodes could not touch."""
     element = scenario.beam.length / level
-    sides = [side.model_dump() for side in scenario.obstacles]
+    sides = [side.model_dump(exclude_unset=True) for side in scenario.obstacles]
     for side in sides:
-        if side["extent"]:
+        if side.get("extent"):
             side["extent"] = [side["extent"][0], element * math.floor(side["extent"][1] / element)]
     return _elements(scenario, level).replace(obstacles=sides)
 

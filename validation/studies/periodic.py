@@ -32,7 +32,7 @@ _MEASURED = 32
 #: vibration that repeats by chance does not pass for it, if it decays by more than 1/100 within it
 _CLEARLY = 100.0
 
-MotionState = tuple[np.ndarray, np.ndarray]
+MotionState = History | tuple[np.ndarray, np.ndarray]
 
 
 class PeriodicSection(Section):
@@ -93,7 +93,7 @@ def periodic_response(
     ----------
     scenario : Scenario
         With a harmonic base; its `end_time` does not matter.
-    initial_state : pair of ndarray, optional
+    initial_state : History or pair of ndarray, optional
         As for :func:`~oblique_impact.simulation.simulate`, at the phase of t = 0: the last state of another
         response continues it.
     settings : PeriodicSection
@@ -129,7 +129,7 @@ def periodic_response(
         samples += history[settings.sample].values[whole].tolist()
         allowed = settings.tolerance * np.abs(motion - motion.mean(axis=0)).max(axis=(0, 2))
         found = _period(motion[whole], allowed)
-        initial_state = history["q"].values[-1], history["qd"].values[-1]
+        initial_state = history
     measured = found or _MEASURED
     history = simulate(scenario.replace(end_time=measured * period), on_progress, initial_state=initial_state)
     if history.outcome is Outcome.COMPLETED:

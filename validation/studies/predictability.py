@@ -4,8 +4,10 @@ How much a time t of a run depends on the initial angle is its growth
 
     growth = max |t(theta_0 + d) - t(theta_0)| / (|d| T),   T the time of the first touch-down
 
-over perturbed runs with |d| of a hundred-millionth and a millionth of a radian, which nobody could measure.  A
-macro-collision whose start has a growth of at most 10 is predictable; from 1000 on it is not: rounding moves it.
+over perturbed runs with |d| of a hundred-millionth and a millionth of a radian, which nobody could measure; less
+where the beam starts so close to an obstacle that it would touch it, or stand on its other side.  T is at least
+the time that separates macro-collisions: a beam that strikes at once has no time of its own.  A macro-collision
+whose start has a growth of at most 10 is predictable; from 1000 on it is not: rounding moves it.
 This is said of a model as it stands: a coarse one may be predictable and far from its limit, which `refine` shows.
 """
 
@@ -23,6 +25,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
@@ -55,11 +58,13 @@ _ASKED = {"start": 20, "collision_impulse": 20, "collision_contacts": 20, "event
 #: rad
 PERTURBATIONS = (1e-8, 1e-6)
 SHADOWS, MOST_SHADOWS = 4, 1000
+_CLOSED = 1e-12  # of the length
 _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNOWN: "dim"}
 RULE = (
     "Each perturbed run starts at an initial angle that differs by no more than d. The growth of a time t is "
-    "max |t(θ₀ + d) − t(θ₀)| / (|d| T), with T the time of the first touch-down: about 1 if the motion carries a "
-    "difference along, and more if each contact magnifies it.",
+    "max |t(θ₀ + d) − t(θ₀)| / (|d| T), with T the time of the first touch-down, at least that which separates "
+    "macro-collisions: about 1 if the motion carries a difference along, and more if each contact magnifies it. d "
+    "is less than half of what would close an open gap.",
     f"A macro-collision is predictable if the growth of its start is at most {SMALL:g}, sensitive up to "
     f"{LARGE:g}, and not predictable from there on or if the physics stops a perturbed run before it. What is not "
     "predictable is no number of the beam: rounding, a tolerance or another compiler move it as far. Its spread "
@@ -157,7 +162,8 @@ def predictability(
         What is tried, or several by their names, such as
         `oblique_impact.validation.studies.shipped.predictability_cases()`.
     perturbations : sequence of float
-        Largest changes of the initial angle (rad).
+        Largest changes of the initial angle (rad); all are less in proportion where half of the least gap that is
+        open at the start is turned away by less.
     shadows : int
         Runs per perturbation d, an even number: evenly from -d to d without 0, but for those that would begin
         below the slope.
@@ -188,14 +194,13 @@ def predictability(
         raise InputError(f"shadows {shadows}: should be an even number from 2 to {MOST_SHADOWS}")
     cases = scenario if isinstance(scenario, Mapping) else {name: require_scenario(scenario, "predictability")}
     parts = np.delete(np.arange(-shadows // 2, shadows // 2 + 1), shadows // 2) / (shadows // 2)
-    offsets = [0.0, *np.outer(perturbations, parts).ravel().tolist()]
     started = time.perf_counter()
     names = tuple(f"{kind}:{n}" for kind, last in _ASKED.items() for n in range(1, last + 1))
     runs = []
     for label, case in cases.items():
         if not case.contact.enabled:
             raise InputError("contact.enabled = false: without contact there is nothing to predict")
-        for offset in offsets:
+        for offset in [0.0, *np.outer(_fitting(case, perturbations), parts).ravel().tolist()]:
             try:
                 perturbed = case.replace(initial__angle=case.initial.angle + offset) if offset else case
             except InputError:  # below the slope
@@ -212,6 +217,33 @@ def predictability(
     return result
 
 
+def _fitting(scenario: Scenario, perturbations: Sequence[float]) -> list[float]:
+    """Return the perturbations (rad), all less in proportion where the largest is half of the closing turn."""
+    scale = min(1.0, 0.5 * closing_turn(scenario) / max(perturbations))
+    return [scale * d for d in perturbations]
+
+
+def closing_turn(scenario: Scenario) -> float:
+    """Return the least angle (rad) by which the straight beam at the start could turn to close an open gap.
+
+    It is gap over lever arm of each place that can touch, infinite if none is open.  A gap of less than 1e-12 of
+    the length is closed.
+    """
+    angle, hub, length = scenario.initial.angle, scenario.root.hub_radius, scenario.beam.length
+    reach, turns = hub + length, [math.inf]
+    for side in scenario.sides:
+        for x in scenario.beam_points:
+            gap, along = side.gap_and_place(hub + x, angle, scenario.half_depth)
+            if side.is_beside(along) and gap > _CLOSED * length:
+                turns.append(gap / (hub + x))
+    for point in scenario.obstacle_points:
+        arm = math.hypot(point.x, point.y)
+        gap = point.distance(hub, reach, angle) - point.radius - scenario.half_depth
+        if gap > _CLOSED * length:
+            turns.append(gap / max(arm, gap))
+    return min(turns)
+
+
 def judge(name: str, scenario: Scenario, perturbations: Sequence[float], frame: pd.DataFrame) -> CaseResult:
     """Judge a scenario by the frame of its runs, that of offset 0 first; quantities "start:1", "event:1", ..."""
     failing = frame["outcome"].isin(FAILURES) & (frame["offset"] != 0.0)
@@ -225,7 +257,8 @@ def judge(name: str, scenario: Scenario, perturbations: Sequence[float], frame: 
     events, starts = (times[:, np.isfinite(times[0])] for times in (table("event"), table("start")))
     count = starts.shape[1]
     impulses, contacts = table("collision_impulse")[:, :count], table("collision_contacts")[:, :count]
-    unit = float(events[0, 0]) if events.size and events[0, 0] > 0.0 else scenario.end_time
+    begins = events.size and events[0, 0] > 0.0
+    unit = max(float(events[0, 0]), macro_gap(scenario)) if begins else scenario.end_time
     # a perturbed run that came to its end without such a time would have had it later, which is a lower bound; one
     # that the physics stopped will never have it
     ends = frame["stopped_at"].where(frame["outcome"] == Outcome.COMPLETED.label, math.inf).to_numpy()[1:, None]
@@ -249,7 +282,7 @@ def judge(name: str, scenario: Scenario, perturbations: Sequence[float], frame: 
         }
     )
     below = 0.0
-    for d in sorted(perturbations):
+    for d in sorted(_fitting(scenario, perturbations)):
         group = (offsets > below) & (offsets <= d * (1.0 + 1e-9))
         collisions[f"start_by_{d:g}"] = _largest(shifts[group])
         collisions[f"impulse_by_{d:g}"] = _largest(np.abs(impulses[1:] - impulses[0])[group])

@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import simpson
 
-from oblique_impact.beam.convergence import NOT_DETERMINED
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
 from oblique_impact.contact.state import State
@@ -23,6 +22,10 @@ from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, SECTION_FOR
 from oblique_impact.problem import beam_of
 from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.scenario.scenario import Scenario
+
+
+class UnknownQuantityError(InputError):
+    """Raised for a name that is no quantity."""
 
 
 class GapError(Exception):
@@ -74,7 +77,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
         words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
         return Quantity(name, unit, words, lambda history: _extreme(extreme, _values(history, variable)))
     known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
-    raise InputError(
+    raise UnknownQuantityError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
         f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}; "
         f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}; lost_after:SECONDS"
@@ -114,27 +117,34 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
     return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
 
 
-_FORCES = ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau")
+#: what has no limit with an entry of `without_limit`, and why
+_WITH = {
+    "peak_force": (
+        ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau"),
+        "the force of a rigid stop grows with every mode or element",
+    ),
+    "tangential_impulse": (
+        ("tangential_impulse", "max:lambda_tau", "min:lambda_tau"),
+        "friction along a beam that cannot stretch does not converge in time-stepping",
+    ),
+}
 
 
 def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     """Return the quantities among `names` that have no limit as modes or elements are added, with the reason.
 
     What follows the first touch-down is not determined where the run says so in its summary; under a damped beam
-    it is the force of a rigid stop alone.
+    it is the force of a rigid stop alone, and what friction does along a beam that cannot stretch.
     """
     if not history.macro_collisions:
         return {}
-    limits, warnings = history.summary.get("without_limit", ()), history.summary.get("warnings", ())
-    if "start" in limits or any(NOT_DETERMINED in warning for warning in warnings):
+    limits = history.summary.get("without_limit", ())
+    if "start" in limits:
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
         return {name: why for name in names if decided_at(name, history) > touch_down}
-    if "peak_force" in limits:
-        return {
-            name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
-        }
-    return {}
+    lost = {name: why for entry, (with_it, why) in _WITH.items() if entry in limits for name in with_it}
+    return {name: lost[name] for name in names if name in lost}
 
 
 def decided_at(name: str, history: History) -> float:

@@ -148,13 +148,14 @@ class Case:
         base, root = self.scenario, self.scenario.root
         turn = (abs(self.spin) + abs(root.torque) / (root.inertia + _BEAM) * base.end_time) * base.end_time
         step = base.end_time / (_EXACT_STEPS * min(math.ceil(max(1.0, turn / _SLOW)), 4))
+        near = {"solver__contact_step": step} if base.contact.enabled else {}
         return base.replace(
             discretization__method="absolute",
             discretization__elements=_EXACT_ELEMENTS,
             discretization__frame=frame,
             solver__free_step=step,
-            solver__contact_step=step,
             solver__output_interval=max(step, base.solver.output_interval),  # a shorter one would cut its steps
+            **near,
         )
 
 

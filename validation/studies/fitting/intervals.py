@@ -27,7 +27,6 @@ from oblique_impact.validation.studies.fitting.search import Parameter, Problem,
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.predictability import (
     LARGE,
-    PERTURBATIONS,
     SMALL,
     predictability,
     verdict_of,
@@ -195,8 +194,9 @@ def _unpredictable(problem: Problem, history: History, workers: int | None) -> l
     if not history.macro_collisions or scenario is None:
         return []
     (case,) = predictability(scenario, shadows=2, workers=workers).cases
+    turn = float(case.frame["offset"].max())
     try:
-        turned = simulate(scenario.replace(initial__angle=scenario.initial.angle + PERTURBATIONS[-1]))
+        turned = simulate(scenario.replace(initial__angle=scenario.initial.angle + turn))
         moved = np.abs(problem.measured.predict(turned) - problem.measured.predict(history)) / problem.deviations
     except (InputError, GapError):
         moved = np.full(problem.deviations.size, math.inf)
@@ -209,7 +209,7 @@ def _unpredictable(problem: Problem, history: History, workers: int | None) -> l
         if growth > SMALL:
             since = float(before["time"][before["growth"] > (LARGE if growth >= LARGE else SMALL)].min())
             from_then = "" if math.isnan(last) else f" from {since:.6g} s on"
-            shift = f"{PERTURBATIONS[-1]:g} rad of the initial angle move it by {moved[rows.index].max():.2g}"
+            shift = f"{turn:g} rad of the initial angle move it by {moved[rows.index].max():.2g}"
             words = f"{verdict_of(growth)}{from_then}: a growth of {growth:.3g}; {shift} standard deviations"
             sentences.append(f"{name}: {words}")
     return sentences

@@ -1,6 +1,7 @@
 """Measured data: a CSV file whose header names quantities with units, and what a run says of each of them.
 
-The first line names the columns, each as NAME [UNIT]; lines that begin with # are comments, an empty cell is a
+The first line names the columns, each as NAME [UNIT] or NAME (UNIT), with commas between them, or with semicolons
+or tabs, where numbers may have decimal commas; lines that begin with # are comments, an empty cell is a
 value that was not measured.  With a column `time` the others are series,
 
     time [ms], displacement@0.1 m [mm], strain@30 mm [um/m], theta [deg]
@@ -11,15 +12,18 @@ each line is one repetition of the measurement:
 
     start:1 [ms], start:2 [ms], impulse [N s], impulse +- [N s], restitution
 
-NAME +- is the standard deviation of the values of NAME.
+NAME +- is the standard deviation of the values of NAME.  A table that `export` has written is read as well, but
+for what nobody measures: coordinates, states, clearances, and what belongs to one of several contacts.
 """
 
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,15 +38,22 @@ from oblique_impact.files import read_text
 from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import series_at
 from oblique_impact.history.sensors import SENSORS, sensor_reading
+from oblique_impact.history.variables import VARIABLES as EXPORTED
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.units import Unit
-from oblique_impact.validation.studies.quantities import VARIABLES, GapError, quantity
+from oblique_impact.validation.studies.quantities import (
+    VARIABLES,
+    GapError,
+    UnknownQuantityError,
+    quantity,
+    quantity_table,
+)
 
 Array = NDArray[np.float64]
 
 _TIME, _SPREAD = "time", " +-"
-_HEADING = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\[\]]*)\])?\s*")
+_HEADING = re.compile(r"\s*([^\[\]()]+?)\s*(?:\[([^\[\]]*)\]|\((.*)\))?\s*")
 
 
 class Reading(NamedTuple):
@@ -110,48 +121,83 @@ def read_measured(path: str | os.PathLike[str], scenario: Scenario) -> Measured:
         text = read_text(Path(path))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    lines = {
-        number: line
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    }
-    if len(lines) < 2:
-        raise InputError(f"{path}: should have a line of names with units, and lines of numbers")
-    header, *rows = csv.reader(lines.values(), skipinitialspace=True)
+    # a comment stays an empty line, so that lines keep their numbers
+    text = "".join("\n" if line.lstrip().startswith("#") else line for line in io.StringIO(text))
     try:
+        header, rows, lines = _rows(text)
         readings, names, factors = _readings(header, scenario)
-        values = pd.DataFrame(_numbers(names, rows, [*lines][1:]) * factors, columns=names)
-        return _measured(values, readings, scenario.end_time)
+        values = pd.DataFrame(_numbers(names, rows, lines) * factors, columns=names)
+        return _measured(values.loc[:, np.isfinite(factors)], readings, scenario.end_time)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
+def _rows(text: str) -> tuple[list[str], list[list[str]], list[int]]:
+    """Return the cells of the header and of the other rows, and the lines in which these begin."""
+    separator = next((found for found in ";\t" if found in text.lstrip().partition("\n")[0]), ",")
+    reader, found, lines = csv.reader(io.StringIO(text), delimiter=separator, skipinitialspace=True), [], [1]
+    try:
+        for row in reader:
+            if len(row) > 1 or "".join(row).strip():
+                found.append(row)
+                lines.append(reader.line_num + 1)
+            else:
+                lines[-1] = reader.line_num + 1
+    except csv.Error as error:
+        raise InputError(f"line {lines[-1]}: {error}") from None
+    if len(found) < 2:
+        raise InputError("should have a line of names with units, and lines of numbers")
+    header, *rows = found
+    return header, rows, lines[1:-1]
+
+
 def _readings(header: Sequence[str], scenario: Scenario) -> tuple[dict[str, Reading], list[str], Array]:
-    """Return the reading of each column of values, the names of all columns and their factors to SI units."""
+    """Return the reading of each column of values, the names of all columns and their factors to SI units.
+
+    The factor of a column that is left out is NaN.
+    """
     headings = [_HEADING.fullmatch(text) for text in header]
     if None in headings:
         wrong = short(header[headings.index(None)])
         raise InputError(f"column {wrong}: should be NAME [UNIT], as time [ms], with commas between columns")
     names = [" ".join(found[1].replace("+-", _SPREAD).split()) for found in headings if found]
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(f"column {twice[0]}: stands there twice")
     readings, factors = dict[str, Reading](), list[float]()
-    for name, given in zip(names, (found[2] for found in headings if found), strict=True):
+    for name, found in zip(names, headings, strict=True):
+        given = found and (found[2] if found[3] is None else found[3])
         of = name.removesuffix(_SPREAD)
-        if names.count(name) > 1:
-            raise InputError(f"column {name}: stands there twice")
+        if found and found[3] is not None and _is_not_measured(name):
+            factors.append(math.nan)
+            continue
         if of not in names:
             raise InputError(f"column {name}: there is no column {of}")
-        if of != _TIME:
+        if of != _TIME and of not in readings:
             readings[of] = _series(of, scenario) if _TIME in names else _whole(of, scenario)
         unit = "s" if of == _TIME else readings[of].unit
-        if given is None and unit != "1":
-            raise InputError(f"column {name}: its unit is missing; write {name} [{unit}]")
-        try:
-            factors.append(1.0 if given in (None, "", "-") else Unit(unit).to_si(f"1 {given}"))
-        except ValueError as error:
-            raise InputError(f"column {name} [{given}]: should be {error}") from None
+        factors.append(_factor(name, (given or "").strip(), unit))
     if not readings:
         raise InputError("there is no column of measured values besides time")
     return readings, names, np.array(factors)
+
+
+def _is_not_measured(name: str) -> bool:
+    """Whether a column of an exported history is no measurement: q_0, state, contact_gap_1."""
+    of = EXPORTED.get(name) or EXPORTED.get(re.sub(r"_\d+$", "", name))
+    return name not in (_TIME, *VARIABLES) and of is not None and of.dimensions != ("time", "station")
+
+
+def _factor(name: str, given: str, unit: str) -> float:
+    """Return the value of a column's unit in SI units; "" and "-" are those of a number without one."""
+    if given in ("", "-", "1"):
+        if unit == "1":
+            return 1.0
+        raise InputError(f"column {name}: its unit is missing; write {name} [{unit}]")
+    try:
+        return Unit(unit).to_si(f"1 {given}")
+    except ValueError as error:
+        raise InputError(f"column {name} [{given}]: should be {error}") from None
 
 
 def _series(name: str, scenario: Scenario) -> Reading:
@@ -160,8 +206,9 @@ def _series(name: str, scenario: Scenario) -> Reading:
         return Reading(VARIABLES[name][0], lambda history, times: _variable_at(history, name, times))
     sensor, at, place = name.partition("@")
     if sensor not in SENSORS or not at:
-        known = [*(f"{sensor}@PLACE" for sensor in SENSORS), *VARIABLES]
-        raise InputError(f"column {name}: known over time are {', '.join(known)}{did_you_mean(name, known)}")
+        known = [f"{sensor}@PLACE" for sensor in SENSORS]
+        words = f"{', '.join(known)}, variables of a history as theta{did_you_mean(name, [*known, *VARIABLES])}"
+        raise InputError(f"column {name}: known over time are {words}")
     try:
         x = Unit("m").to_si(place)
     except ValueError:
@@ -181,21 +228,29 @@ def _whole(name: str, scenario: Scenario) -> Reading:
     """Return the reading of a column of quantities of the whole run."""
     try:
         asked = quantity(name, scenario.end_time)
+    except UnknownQuantityError:
+        words = f"is no quantity of a run{did_you_mean(name, quantity_table().index)}"
+        raise InputError(f"column {name}: {words}; a column time makes the others series") from None
     except InputError as error:
-        words = str(error).removeprefix("--quantity ")
-        raise InputError(f"column {words}; a column time makes the others series") from None
+        raise InputError(f"column {str(error).removeprefix('--quantity ')}") from None
     return Reading(asked.unit, lambda history, times: np.full(times.size, asked.measure(history)))
 
 
 def _numbers(names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int]) -> Array:
-    """Return the numbers (rows, columns) of the cells, NaN where one is empty."""
+    """Return the numbers (rows, columns) of the cells, NaN where one is empty.
+
+    A comma is that of a decimal, beside which a point is none.
+    """
+    commas = any("," in cell for row in rows for cell in row)
     numbers = np.full((len(rows), len(names)), math.nan)
     for found, row, line in zip(numbers, rows, lines, strict=True):
         if len(row) != len(names):
-            raise InputError(f"line {line}: has {len(row)} cells, the header {len(names)}")
+            comma = "; decimal commas need semicolons between columns" if len(row) == 2 * len(names) else ""
+            raise InputError(f"line {line}: has {len(row)} cells, the header {len(names)}{comma}")
         for k, cell in enumerate(row):
             try:
-                found[k] = float(cell) if cell.strip() else math.nan
+                decimal = cell.replace(".", "'").replace(",", ".") if commas else cell
+                found[k] = float(decimal) if cell.strip() else math.nan
             except ValueError:
                 found[k] = math.inf
             if math.isinf(found[k]):
@@ -207,17 +262,16 @@ def _measured(values: pd.DataFrame, readings: Mapping[str, Reading], end_time: f
     """Return the data of columns in SI units; raises InputError for numbers that are missing or out of range."""
     if _TIME in values and not values[_TIME].between(0.0, end_time).all():
         raise InputError(f"time: should be from 0 to end_time {end_time:g} s of the scenario in every line")
-    columns = []
-    for name, (unit, _) in readings.items():
-        column = pd.DataFrame({"column": name, "unit": unit, "time": values.get(_TIME, math.nan)}, values.index)
-        column["measured"], column["deviation"] = values[name], values.get(name + _SPREAD, math.nan)
-        column = column.dropna(subset="measured")
-        if column.empty:
+    for name in readings:
+        if values[name].isna().all():
             raise InputError(f"{name}: the column is empty")
-        if name + _SPREAD in values and not (column["deviation"] > 0.0).all():
+        if name + _SPREAD in values and not (values[name + _SPREAD] > 0.0)[values[name].notna()].all():
             raise InputError(f"{name}{_SPREAD}: should be greater than 0 wherever {name} is given")
-        columns.append(column)
-    table = pd.concat(columns, ignore_index=True)
+    table = values[[*readings]].melt(var_name="column", value_name="measured")
+    table.insert(1, "unit", table["column"].map({name: reading.unit for name, reading in readings.items()}))
+    table.insert(2, "time", np.tile(values.get(_TIME, np.full(len(values), math.nan)), len(readings)))
+    table["deviation"] = values.reindex(columns=[name + _SPREAD for name in readings]).melt()["value"]
+    table = table.dropna(subset="measured", ignore_index=True)
     known = table["deviation"].notna()
     if known.any() and not known.all():
         without = table["column"][~known].iloc[0]

@@ -26,6 +26,7 @@ from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
 from oblique_impact.progress import OnProgress
+from oblique_impact.scenario.effects import idle
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import schema_of, unit_of_key
@@ -93,6 +94,9 @@ def _parameter(text: str, scenario: Scenario) -> Parameter:
     names, ranged, ends = text.partition("=")
     keys = tuple(name.strip() for name in names.split(","))
     check_keys(keys, "--vary")
+    for name in keys:
+        if words := idle(scenario, name):
+            raise refused(f"--vary {name}", scenario.value_of(name), words)
     key, value = keys[0], scenario.value_of(keys[0])
     if not isinstance(value, float):
         raise refused("--vary", key, "should be a key that is one number, not a whole one")

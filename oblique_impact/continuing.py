@@ -1,0 +1,126 @@
+"""The start of a run from a given state of the beam: coordinates, the sides of pegs, contacts that are closed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from oblique_impact.beam.beam import Beam, ContactPlace
+from oblique_impact.beam.section_forces import displacements_along
+from oblique_impact.contact.state import FREE
+from oblique_impact.contact.transitions import Earlier
+from oblique_impact.errors import InputError
+from oblique_impact.history.history import History
+from oblique_impact.kernels.workspace import Array
+
+#: of the beam's length: a beam that is as close to a point as this does not say on which side of it it is
+_TOUCHING = 1e-9
+_FINE = 4001  # places of the axis from which the nearest to a point is sought
+_REFINED = 3
+
+
+def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[Array, Array, dict[int, Earlier]]:
+    """Return coordinates and velocities that are marched, and the contacts that an earlier run has left closed.
+
+    The points that the beam can touch get the sides on which it is of them; so this comes before its model is built.
+
+    Raises
+    ------
+    InputError
+        For a state of the wrong shape, or a history of a beam with other contacts.
+    """
+    earlier = isinstance(initial_state, History)
+    pair = (initial_state["q"].values[-1], initial_state["qd"].values[-1]) if earlier else initial_state
+    q0, qd0 = beam.state_of(*pair)
+    if beam.scenario.contact.where == "anywhere" and beam.scenario.contact.enabled:
+        history = initial_state if earlier and "contact_state" in initial_state else None
+        if history is not None and history["contact_state"].shape[1] != len(beam.contact_places):
+            found, wanted = history["contact_state"].shape[1], len(beam.contact_places)
+            raise InputError(f"initial_state: a history with {found} places of contact, should have {wanted}")
+        beam.contact_places = _on_their_sides(beam, beam.split(q0), history)
+    return q0, qd0, _closed(beam, initial_state) if earlier else {}
+
+
+def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
+    """Return the contacts that are closed at the end of a history, by their numbers."""
+    prefix = "contact_" if "contact_state" in history else ""
+    columns = [history[prefix + name].values for name in ("state", "lambda_n", "lambda_tau", "slip")]
+    states, normal, tangential, slips = (column.reshape(len(column), -1) for column in columns)
+    found: dict[int, Earlier] = {}
+    for i in np.flatnonzero(states[-1] != FREE).tolist():
+        before = np.flatnonzero(states[:, i] == FREE)
+        began = int(before[-1]) if before.size else 0  # the left sample of its impact
+        residual = beam.residual(beam.joined(history["q"].values[began]))
+        forces = float(np.nan_to_num(normal[-1, i])), float(np.nan_to_num(tangential[-1, i]))
+        found[i] = Earlier(int(states[-1, i]), *forces, float(slips[began, i]), residual)
+    return found
+
+
+def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[ContactPlace]:
+    """Return the places of contact with the sides of points from the state [theta, B] that a run starts with.
+
+    A history has them in its contact forces, also where the beam is pressed past a point.
+    """
+    found = list[ContactPlace]()
+    axis = _Axis(beam, start)
+    for i, place in enumerate(beam.contact_places):
+        if place.on_side:
+            found.append(place)
+            continue
+        x, y, _, _, side, spare = place.numbers
+        at, height = axis.nearest(x, y)
+        if abs(height) > _TOUCHING * beam.scenario.beam.length:
+            side = float(np.sign(height))
+        if history is not None:
+            side = _side_in(history, i) or side
+        depth = beam.scenario.beam.fibre_distance(at) if beam.scenario.contact.surface == "section" else 0.0
+        found.append(place._replace(numbers=(x, y, place.radius + depth, depth, side, spare)))
+    return found
+
+
+def _side_in(history: History, contact: int) -> float:
+    """Return the side of a point on which a beam has touched it, 0 if it never has.
+
+    The force is i s t lambda_n + t lambda_tau with the tangent t, which points away from the root.
+    """
+    names = ("lambda_n", "lambda_tau", "fx", "fy")
+    columns = (np.nan_to_num(history[f"contact_{name}"].values[:, contact]) for name in names)
+    normal, tangential, fx, fy = columns
+    k = int(np.argmax(normal))
+    if not normal[k] > 0.0:
+        return 0.0
+    ahead = np.exp(1j * float(history["theta"][k]))
+    tangents = {side: (fx[k] + 1j * fy[k]) / (tangential[k] + 1j * side * normal[k]) for side in (1.0, -1.0)}
+    return max(tangents, key=lambda side: (tangents[side] / ahead).real)
+
+
+class _Axis:
+    """The bent axis in a state [theta, B] (n + 1,)."""
+
+    def __init__(self, beam: Beam, q: Array) -> None:
+        u_x, u_y, _, _ = displacements_along(beam, q[None], np.zeros_like(q)[None])
+        x = beam.operators.stations.points
+        self._length = float(x[-1])
+        places = (beam.scenario.root.hub_radius + x + u_x[0] + 1j * u_y[0]) * np.exp(1j * q[0])
+        self._places = CubicSpline(x, places)
+
+    def nearest(self, x: float, y: float) -> tuple[float, float]:
+        """Return the place (m along the beam) nearest to a point, and its height (m) to the left above the point."""
+        at = np.linspace(0.0, self._length, _FINE)
+        near = float(at[np.argmin(np.abs(self._places(at) - (x + 1j * y)))])
+        for _ in range(_REFINED):
+            tangent, away = complex(self._places(near, 1)), complex(self._places(near)) - (x + 1j * y)
+            near -= float((away * tangent.conjugate()).real / abs(tangent) ** 2)
+            near = min(max(near, 0.0), self._length)
+        tangent = complex(self._places(near, 1))
+        away = complex(self._places(near)) - (x + 1j * y)
+        return near, float((away * tangent.conjugate()).imag / abs(tangent))
+
+
+def as_lists(initial_state: Any) -> list[Any]:
+    """Return the coordinates and velocities of an initial state as lists, for the provenance of a run."""
+    if isinstance(initial_state, History):
+        initial_state = initial_state["q"].values[-1], initial_state["qd"].values[-1]
+    return [np.asarray(part).tolist() for part in initial_state]

@@ -1,0 +1,199 @@
+"""Which keys of a scenario act: one that is given, and not with its default value, must not be without effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.scenario.sections import ObstacleSection
+
+
+class Rule(NamedTuple):
+    """Keys of one section, when they act, and what is said where they do not."""
+
+    section: str
+    #: their names, separated by spaces
+    keys: str
+    acts: Callable[[Scenario], bool]
+    words: str
+
+
+class ObstacleRule(NamedTuple):
+    """A key of an obstacle, when it acts in a scenario, and what is said where it does not."""
+
+    key: str
+    acts: Callable[[Scenario, ObstacleSection], bool]
+    words: str
+
+
+_SPRING = 'a rigid stop has none; only with contact.normal = "spring"'
+_RIGID = 'an elastic stop has no impacts; only with contact.normal = "rigid"'
+_FREE = "contact.enabled = false is free motion; leave this key out"
+_ONLY_ANYWHERE = 'only with contact.where = "anywhere"'
+_MESH = 'the modal method has no mesh; only with discretization.method = "fem" or "absolute"'
+_MODES = "only for a beam in modes: discretization.modes >= 1"
+
+#: of several rules about a key the first that does not hold is said
+RULES = (
+    Rule("root", "inertia torque", lambda s: s.root.kind == "hub", 'only with root.kind = "hub"'),
+    Rule(
+        "root",
+        "profile spin_rate spin_up_time",
+        lambda s: s.root.kind == "driven",
+        'only with root.kind = "driven"',
+    ),
+    Rule("root", "spin_rate", lambda s: s.root.profile != "hold", 'root.profile = "hold" does not turn'),
+    Rule("root", "spin_up_time", lambda s: s.root.profile == "spin-up", 'only with root.profile = "spin-up"'),
+    Rule(
+        "initial", "angular_velocity", lambda s: s.root.kind != "driven", "a driven root prescribes its own speed"
+    ),
+    Rule("base", "frequency sweep_rate", lambda s: s.base.acceleration != 0.0, "only with base.acceleration"),
+    Rule("base", "direction", lambda s: s.base.is_shaken, "only with base.acceleration or base.table"),
+    Rule("slope", "enabled extent", lambda s: s.contact.enabled, _FREE),
+    Rule("slope", "origin angle extent", lambda s: s.slope.enabled, "there is no slope: slope.enabled = false"),
+    Rule(
+        "contact",
+        "grid normal stiffness damping impact restitution point_inertia residual_flexibility friction "
+        "axial_flexibility mu_static mu_kinetic regularization",
+        lambda s: s.contact.enabled,
+        _FREE,
+    ),
+    Rule("contact", "grid", lambda s: s.contact.where == "anywhere", _ONLY_ANYWHERE),
+    Rule(
+        "contact",
+        "grid",
+        lambda s: bool(s.sides),
+        "there is no side; pegs and corners touch the beam at any place",
+    ),
+    Rule(
+        "contact",
+        "point",
+        lambda s: s.contact.where == "point",
+        'the beam is touched at any place; only with contact.where = "point"',
+    ),
+    Rule("contact", "stiffness damping", lambda s: s.contact.normal == "spring", _SPRING),
+    Rule(
+        "contact",
+        "stiffness",
+        lambda s: s.takes_contact_stiffness,
+        "each obstacle has a stiffness or a bedding of its own",
+    ),
+    Rule(
+        "contact", "restitution", lambda s: s.contact.normal == "rigid", f"{_RIGID} (a spring has contact.damping)"
+    ),
+    Rule("contact", "impact point_inertia", lambda s: s.contact.normal == "rigid", _RIGID),
+    Rule(
+        "contact",
+        "impact",
+        lambda s: s.contact.friction != "frictionless",
+        'without friction it is Newton\'s; only with contact.friction = "hybrid" or "modified-coulomb"',
+    ),
+    Rule(
+        "contact",
+        "residual_flexibility",
+        lambda s: s.contact.normal == "spring" and s.contact.where == "point",
+        'only with contact.normal = "spring" and contact.where = "point"',
+    ),
+    Rule("contact", "residual_flexibility", lambda s: not (s.is_nodal or s.is_absolute), _MODES),
+    Rule(
+        "contact",
+        "shortening",
+        lambda s: s.discretization.kinetics != "zeroth-order",
+        'discretization.kinetics = "zeroth-order" knows no foreshortening',
+    ),
+    Rule(
+        "contact", "mu_static", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'
+    ),
+    Rule(
+        "contact",
+        "mu_kinetic",
+        lambda s: s.contact.friction != "frictionless",
+        'only with contact.friction = "hybrid" or "modified-coulomb"',
+    ),
+    Rule(
+        "contact",
+        "regularization",
+        lambda s: s.contact.friction == "modified-coulomb",
+        'only with contact.friction = "modified-coulomb"',
+    ),
+    Rule("", "obstacles", lambda s: s.contact.where == "anywhere", _ONLY_ANYWHERE),
+    Rule("", "obstacles", lambda s: s.contact.enabled, _FREE),
+    Rule("discretization", "nodes elements grading", lambda s: s.discretization.method != "modal", _MESH),
+    Rule(
+        "discretization",
+        "grading",
+        lambda s: s.discretization.elements > len(s.fixed_places),
+        "each node has its place: the contact point, the tip, and the ends of the parts of contact.grid",
+    ),
+    Rule(
+        "discretization",
+        "kinetics modes",
+        lambda s: not s.is_absolute,
+        'the beam in absolute coordinates has none; only with discretization.method = "modal" or "fem"',
+    ),
+    Rule(
+        "solver",
+        "tolerance",
+        lambda s: s.solver.scheme != "fixed-step",
+        'solver.scheme = "fixed-step" has no tolerance; refine free_step and contact_step',
+    ),
+    Rule(
+        "solver",
+        "free_step contact_step",
+        lambda s: s.solver.scheme != "event",
+        'solver.scheme = "event" chooses its steps by solver.tolerance',
+    ),
+    Rule("solver", "contact_step baumgarte baumgarte_form stick", lambda s: s.contact.enabled, _FREE),
+    Rule(
+        "solver",
+        "rho_infinity",
+        lambda s: s.solver.scheme == "generalized-alpha",
+        'only with solver.scheme = "generalized-alpha"',
+    ),
+    Rule(
+        "solver",
+        "baumgarte baumgarte_form",
+        lambda s: s.solver.scheme not in ("time-stepping", "energy-consistent"),
+        'only with solver.scheme = "event", "fixed-step" or "generalized-alpha"',
+    ),
+    Rule(
+        "solver",
+        "baumgarte baumgarte_form",
+        lambda s: s.holds_constraints,
+        "an elastic contact has no constraint; only on a rigid stop, or where hybrid friction sticks",
+    ),
+    Rule("solver", "stick", lambda s: s.solver.scheme == "fixed-step", 'only with solver.scheme = "fixed-step"'),
+    Rule("solver", "stick", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'),
+)
+OBSTACLE_RULES = (
+    ObstacleRule("angle", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ObstacleRule("extent", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ObstacleRule("bedding", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ObstacleRule("radius", lambda s, o: o.kind == "point", 'only with kind = "point"'),
+    ObstacleRule("stiffness", lambda s, o: s.contact.normal == "spring", _SPRING),
+    ObstacleRule(
+        "stiffness", lambda s, o: o.bedding == 0.0, "bedding stands in its place; leave one of the two out"
+    ),
+    ObstacleRule("bedding", lambda s, o: s.contact.normal == "spring", _SPRING),
+)
+
+
+def without_effect(s: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield each key that is given and not with its default value, but does not act, with what it takes to act."""
+    for key in s.given():
+        if s.value_of(key) != s.default_of(key) and (words := idle(s, key)):
+            yield key, words
+
+
+def idle(s: Scenario, name: str) -> str:
+    """Return why a key "section.key" has no effect in a scenario, and what it would act with; "" if it acts."""
+    section, _, key = name.rpartition(".")
+    if section.startswith("obstacles."):
+        item = s.value_of(section)
+        words = (rule.words for rule in OBSTACLE_RULES if rule.key == key and not rule.acts(s, item))
+    else:
+        of = (rule for rule in RULES if rule.section == section and key in rule.keys.split())
+        words = (rule.words for rule in of if not rule.acts(s))
+    return next((f"has no effect: {found}" for found in words), "")
