@@ -226,8 +226,9 @@ def compare(
 
     check_target(out)
     runs = [left, *right]
+    histories = [History.load(run) for run in runs]
     with writing_file(out):
-        found = compare_all([History.load(run) for run in runs], [str(run) for run in runs])
+        found = compare_all(histories, [str(run) for run in runs])
         save_comparison(found, out)
     summaries = [line for pair in found for line in pair.summary()]
     print_result([*summaries, f"report: {out}"], lambda: comparison_data(found), as_json)

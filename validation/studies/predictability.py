@@ -46,6 +46,7 @@ from oblique_impact.validation.report import (
     readable,
 )
 from oblique_impact.validation.report.parameters import differing, parameters
+from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.study import FAILURES, Run, run_study
 
 Array = NDArray[np.float64]
@@ -206,6 +207,7 @@ def predictability(
             except InputError:  # below the slope
                 continue
             runs.append(Run({"case": label, "offset": offset}, perturbed, names))
+    check_limits(scheduler, workers, timeout)
     with writing(out):
         frame = run_study(
             runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress

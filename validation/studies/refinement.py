@@ -38,6 +38,7 @@ from oblique_impact.validation.report import (
 from oblique_impact.validation.report.parameters import differing, parameters
 from oblique_impact.validation.studies.convergence import CONVERGED, RULE, VERDICTS
 from oblique_impact.validation.studies.ladders import AXES, Ladder, LadderResult, QuantityResult, Study, judge
+from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.quantities import default_quantities
 from oblique_impact.validation.studies.shipped import shipped_study
 from oblique_impact.validation.studies.study import run_study
@@ -192,6 +193,7 @@ def refine(
     # everything that can be refused is refused before a folder appears
     ladders = [ladder.changed(changes, quantities) for ladder in described.ladders]
     runs = [run for ladder in ladders for run in ladder.runs()]
+    check_limits(scheduler, workers, timeout)
     with writing(out):
         frame = run_study(
             runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress

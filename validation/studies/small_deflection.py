@@ -39,6 +39,7 @@ from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import Report, Section, Table, Text, picture
 from oblique_impact.validation.report.parameters import differing, parameters
+from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.study import Run, run_study
 
 #: nominal deflections over the length, and spin rates in units of 1/T
@@ -282,6 +283,7 @@ def small_deflection(
         for run in _runs(problem, nominal, spin)
     ]
     started = time.perf_counter()
+    check_limits(scheduler, workers, timeout)
     with writing(out):
         frame = run_study(
             runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress

@@ -20,6 +20,7 @@ from oblique_impact.validation.report import Block, Cell, Report, Section, Table
 from oblique_impact.validation.report.parameters import parameters
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
+from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.study import reasons, run_study, same_warnings
 
 #: distinct warnings that a terminal shows at most; runs and warnings that the report lists at most
@@ -134,6 +135,7 @@ def sweep(
         on_progress(progress)
 
     folder = Path(out)
+    check_limits(scheduler, workers, timeout)
     with writing(folder):
         frame = run_study(
             plan.runs,
