@@ -57,7 +57,8 @@ MOST_STEPS = 2e7
 PACE_STEPS = 500_000
 _INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
 LONG = 60.0  # s to go, from which on a run says so
-_SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
+#: of a singular problem, maybe
+_SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION, Outcome.NOT_CONVERGED)
 
 _FAILURES = {
     base.FAILED_MASS: Outcome.MASS_MATRIX_INDEFINITE,
