@@ -441,8 +441,8 @@ class Run:
     def _sample(self, phase: Phase) -> Instant:
         """Store the present state as a sample; returns the contact there.
 
-        The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or decides
-        on means, leaves a state, or begins one, with others.
+        The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or
+        decides on means, leaves a state, or begins one, with others.
         """
         times, states = np.array([self._now.t]), self._y[None, :]
         found = self._observe(phase, times, states)

@@ -94,7 +94,11 @@ def test_a_peg_that_is_struck_from_the_other_side_gives_the_mirror_image(bent):
 def test_a_bent_beam_is_on_the_side_of_a_peg_on_which_its_axis_is():
     """The peg is between the axis and the chord, which passes it on the other side."""
     below = {"angle": -0.1, "angular_velocity": 0.0}
-    scenario, shape, still = Scenario.from_dict({**PEG, "end_time": 1e-3, "initial": below}), np.zeros(4), np.zeros(4)
+    scenario, shape, still = (
+        Scenario.from_dict({**PEG, "end_time": 1e-3, "initial": below}),
+        np.zeros(4),
+        np.zeros(4),
+    )
     shape[1] = 0.03
     bent = simulate(scenario, initial_state=(shape, still))
     shape *= np.sign(np.interp(0.6, bent["station"].values, bent["uy"].values[0]))
@@ -123,6 +127,8 @@ def test_a_beam_that_is_pressed_past_a_peg_stays_on_its_side():
 def test_a_history_of_other_contacts_is_refused():
     scenario = Scenario.from_dict({**PEG, "end_time": 1e-3})
     history = simulate(scenario)
-    two = Scenario.from_dict({**PEG, "obstacles": [*PEG["obstacles"], {"kind": "point", "origin": [0.3, -0.2], "stiffness": 1e4}]})
+    two = Scenario.from_dict(
+        {**PEG, "obstacles": [*PEG["obstacles"], {"kind": "point", "origin": [0.3, -0.2], "stiffness": 1e4}]}
+    )
     with pytest.raises(InputError, match=r"initial_state: a history with 1 places of contact, should have 2"):
         simulate(two, initial_state=history)

@@ -164,7 +164,10 @@ def stepped_scenarios(draw):
 
     sections = {
         "end_time": 0.03,
-        "beam": {"youngs_modulus": 10.0 ** draw(st.floats(9.3, 11.3)), "kelvin_voigt": draw(pick(0.0, 1e-5, 1e-3))},
+        "beam": {
+            "youngs_modulus": 10.0 ** draw(st.floats(9.3, 11.3)),
+            "kelvin_voigt": draw(pick(0.0, 1e-5, 1e-3)),
+        },
         "initial": {"angle": angle, "angular_velocity": draw(st.floats(-8.0, -1.0))},
         "contact": contact,
         "discretization": {"method": "modal", "frame": "mean-axis", "modes": draw(st.integers(1, 4))},
