@@ -24,23 +24,29 @@ _REFINED = 3
 def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[Array, Array, dict[int, Earlier]]:
     """Return coordinates and velocities that are marched, and the contacts that an earlier run has left closed.
 
-    The points that the beam can touch get the sides on which it is of them; so this comes before its model is built.
+    The points that the beam can touch get the sides on which it is of them: before its model is built.
 
     Raises
     ------
     InputError
         For a state of the wrong shape, or a history of a beam with other contacts.
     """
-    earlier = isinstance(initial_state, History)
-    pair = (initial_state["q"].values[-1], initial_state["qd"].values[-1]) if earlier else initial_state
-    q0, qd0 = beam.state_of(*pair)
+    q0, qd0 = beam.state_of(*_pair(initial_state))
+    history = initial_state if isinstance(initial_state, History) else None
     if beam.scenario.contact.where == "anywhere" and beam.scenario.contact.enabled:
-        history = initial_state if earlier and "contact_state" in initial_state else None
-        if history is not None and history["contact_state"].shape[1] != len(beam.contact_places):
-            found, wanted = history["contact_state"].shape[1], len(beam.contact_places)
+        known = history if history is not None and "contact_state" in history else None
+        if known is not None and known["contact_state"].shape[1] != len(beam.contact_places):
+            found, wanted = known["contact_state"].shape[1], len(beam.contact_places)
             raise InputError(f"initial_state: a history with {found} places of contact, should have {wanted}")
-        beam.contact_places = _on_their_sides(beam, beam.split(q0), history)
-    return q0, qd0, _closed(beam, initial_state) if earlier else {}
+        beam.contact_places = _on_their_sides(beam, beam.split(q0), known)
+    return q0, qd0, {} if history is None else _closed(beam, history)
+
+
+def _pair(initial_state: History | tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return coordinates and velocities of an initial state."""
+    if isinstance(initial_state, History):
+        return initial_state["q"].values[-1], initial_state["qd"].values[-1]
+    return initial_state
 
 
 def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
@@ -107,7 +113,7 @@ class _Axis:
         self._places = CubicSpline(x, places)
 
     def nearest(self, x: float, y: float) -> tuple[float, float]:
-        """Return the place (m along the beam) nearest to a point, and its height (m) to the left above the point."""
+        """Return the place (m along the beam) nearest to a point, and its height (m) to the left of the point."""
         at = np.linspace(0.0, self._length, _FINE)
         near = float(at[np.argmin(np.abs(self._places(at) - (x + 1j * y)))])
         for _ in range(_REFINED):
@@ -119,8 +125,6 @@ class _Axis:
         return near, float((away * tangent.conjugate()).imag / abs(tangent))
 
 
-def as_lists(initial_state: Any) -> list[Any]:
+def as_lists(initial_state: History | tuple[Array, Array]) -> list[Any]:
     """Return the coordinates and velocities of an initial state as lists, for the provenance of a run."""
-    if isinstance(initial_state, History):
-        initial_state = initial_state["q"].values[-1], initial_state["qd"].values[-1]
-    return [np.asarray(part).tolist() for part in initial_state]
+    return [np.asarray(part).tolist() for part in _pair(initial_state)]

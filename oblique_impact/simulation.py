@@ -68,11 +68,11 @@ def simulate(
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.problem.Parts`.
     initial_state : History or pair of ndarray, shape (coordinate,), optional
-        In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end the
-        run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
-        ``(history["q"][-1], history["qd"][-1])``, where contact begins anew: one that sticks holds where it now is,
-        and nothing is stretched along the beam.  The beam is on the side of a peg on which that state has it.  A
-        driven root has the speed of its motion.
+        In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end
+        the run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
+        ``(history["q"][-1], history["qd"][-1])``, where contact begins anew: one that sticks holds where it now
+        is, and nothing is stretched along the beam.  The beam is on the side of a peg on which that state has it.
+        A driven root has the speed of its motion.
 
     Returns
     -------

@@ -1,9 +1,9 @@
 """Several contacts at once, by complementarity: which stay closed, which stick, and how impulses are shared.
 
 In a plane Coulomb's law with stick is a linear complementarity problem (Loetstedt, SIAM J. Appl. Math. 42, 1982;
-Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996), which Lemke's method solves exactly.  With
-much friction there may be several solutions or none, and a ray of Lemke's method does not say which: of a few
-contacts all states are tried.
+Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996), which Lemke's method solves exactly.
+With much friction there may be several solutions or none, and a ray of Lemke's method does not say which: of a
+few contacts all states are tried.
 """
 
 from __future__ import annotations

@@ -264,7 +264,8 @@ def sliding_inertia(phase: Phase, c: Instant) -> float:
 def sliding_force(phase: Phase, c: Instant) -> Forces:
     """Contact force of a sliding contact, 0 of one that opens; NO_SLIDING_SOLUTION if Painleve.
 
-    Where the effective inverse mass is not positive a gap that grows without force solves the problem too, or alone.
+    Where the effective inverse mass is not positive a gap that grows without force solves the problem, perhaps
+    among others.
     """
     ratio = friction_ratio(phase, c.slip_rate)
     if phase.stop.compliant:

@@ -158,7 +158,7 @@ class ContactMachines:
         return phase._replace(state=leading, arrays=phase.arrays._replace(rows=rows))
 
     def start(self, phase: Phase, probe: GroupProbe, earlier: Mapping[int, Earlier] = {}) -> Change:
-        """Return the states at the start of a run: contacts may touch, press already or go on from an earlier one."""
+        """Return the states at the start of a run: contacts may touch, press already or go on from `earlier`."""
         touching, below = [], {}
         for i, machine in enumerate(self.machines):
             if i in earlier:

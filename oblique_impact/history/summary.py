@@ -75,8 +75,8 @@ def balance(
     events : list of Event
         The event log.
     stretched : float
-        Part of the contact energy (J) that the axial flexibility behind the friction has gained; while it holds it,
-        the quadratures count it as taken by friction.
+        Part of the contact energy (J) that the axial flexibility behind the friction has gained; while it holds
+        it, the quadratures count it as taken by friction.
     """
     kinetic, elastic, gravity, contact = parts
     supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
@@ -149,10 +149,14 @@ def energy_warnings(
 
 
 def ambiguity_warnings(times: Sequence[float]) -> list[str]:
-    """Return a warning of the times (s) at which contact forces were one of several solutions, if there are any."""
+    """Return a warning of the times (s) at which contact forces were one of several solutions, if any."""
     if not times:
         return []
-    at = f"at {times[0]:.6g} s" if len(times) == 1 else f"{len(times)} times from {times[0]:.6g} to {times[-1]:.6g} s"
+    at = (
+        f"at {times[0]:.6g} s"
+        if len(times) == 1
+        else f"{len(times)} times from {times[0]:.6g} to {times[-1]:.6g} s"
+    )
     return [
         f"contact.mu_kinetic: contact forces were not unique {at} (Painleve): of several solutions that with the "
         "fewest closed contacts was taken; with less friction there is one"

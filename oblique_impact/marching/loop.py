@@ -57,7 +57,8 @@ MOST_STEPS = 2e7
 PACE_STEPS = 500_000
 _INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
 LONG = 60.0  # s to go, from which on a run says so
-_SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
+#: of a singular problem, maybe
+_SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION, Outcome.NOT_CONVERGED)
 
 _FAILURES = {
     base.FAILED_MASS: Outcome.MASS_MATRIX_INDEFINITE,
@@ -423,8 +424,8 @@ class Run:
     def _sample(self, phase: Phase) -> Instant:
         """Store the present state as a sample; returns the contact there.
 
-        The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or decides
-        on means, leaves a state, or begins one, with others.
+        The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or
+        decides on means, leaves a state, or begins one, with others.
         """
         times, states = np.array([self._now.t]), self._y[None, :]
         found = self._observe(phase, times, states)

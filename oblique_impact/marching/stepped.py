@@ -82,14 +82,16 @@ class SteppedRun(MultiContactRun):
             slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
             state = STUCK if contact.state == State.STICK else slips
             self._counted[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip]
-            self._log(np.array([0.0, i, OPEN, state, at.slip, at.gap_rate, at.slip_rate, *[0.0] * 3, *self._counted[i]]))
+            self._log(
+                np.array([0.0, i, OPEN, state, at.slip, at.gap_rate, at.slip_rate, *[0.0] * 3, *self._counted[i]])
+            )
             steps.states[i], steps.places[i] = state, (at.gap, at.slip, at.gap_rate)
         if earlier and flexibility.pressed.size:
             take_places(flexibility, float(self._y[0]), steps.places)
             for i, contact in earlier.items():
                 forces = contact.normal_force, contact.tangential_force
                 flexibility.after[i] = float(flexibility.toward[i] @ forces)
-            end_step(flexibility, self.problem.scheme.contact_step)
+            end_step(flexibility, 1.0)  # of any length
             own[:, HELD] = 0.5 * flexibility.pressed * flexibility.displaced
 
     def _enter(self, leaving: Phase | None) -> None:

@@ -117,12 +117,19 @@ def test_an_interrupt_within_a_transition_leaves_books_that_agree():
 def test_time_stepping_is_interrupted_alike(calls):
     """Events are logged by the steps of a call: those behind its last sample are not of the history."""
     keys = "initial.angle=0.2214 initial.angular_velocity=-6 contact.where=anywhere contact.grid=4 end_time=0.1"
-    steps = "solver.scheme=time-stepping solver.contact_step=1e-5 solver.free_step=1e-5 solver.output_interval=7e-3"
+    steps = (
+        "solver.scheme=time-stepping solver.contact_step=1e-5 solver.free_step=1e-5 solver.output_interval=7e-3"
+    )
     with pytest.raises(Interrupted) as stopped:
-        simulate(Scenario.builtin("paper", [*keys.split(), *steps.split(), "discretization.frame=mean-axis"]), after(calls))
+        simulate(
+            Scenario.builtin("paper", [*keys.split(), *steps.split(), "discretization.frame=mean-axis"]),
+            after(calls),
+        )
     history = stopped.value.history
     end = history.summary["end_time"]
     assert history.contacts
     assert all(event.time <= end for event in history.events)
-    assert all(contact.start <= contact.end <= end and contact.normal_impulse >= 0.0 for contact in history.contacts)
+    assert all(
+        contact.start <= contact.end <= end and contact.normal_impulse >= 0.0 for contact in history.contacts
+    )
     assert abs(history.summary["energy"]["unaccounted"]) < 1e-5 * history.summary["energy"]["initial"]

@@ -64,6 +64,59 @@ def test_time_stepping_that_ends_early_has_no_changes_behind_its_end():
     assert history.balance["lost_impact"] == pytest.approx(whole.balance["lost_impact"], rel=1e-9)
 
 
+def test_a_mass_matrix_that_is_indefinite_where_the_run_ends_is_named():
+    """The steps of 10 ms of a soft beam go past the point where it is singular, with both pegs in contact."""
+    pegs = [
+        {"kind": "point", "origin": [x, y], "stiffness": 39.88530350484238} for x, y in ((0.3, 0.03), (0.8, 0.02))
+    ]
+    sections = {
+        "end_time": 0.2,
+        "beam": {"youngs_modulus": 25235907.98739405, "kelvin_voigt": 1e-3},
+        "initial": {"angle": 0.2, "angular_velocity": -4.51247292189096},
+        "slope": {"enabled": False},
+        "obstacles": pegs,
+        "contact": {"where": "anywhere", "normal": "spring", "stiffness": 39.88530350484238},
+        "discretization": {"method": "modal", "frame": "tangent", "modes": 4},
+    }
+    steps = {"rho_infinity": 0.5, "contact_step": 1e-2, "free_step": 1e-2, "output_interval": 1e-3}
+    solver = {"scheme": "generalized-alpha", "tolerance": 1e-8, **steps}
+    history = simulate(Scenario.from_dict({**sections, "solver": solver}))
+    assert history.outcome is Outcome.MASS_MATRIX_INDEFINITE
+    assert_ends_where_it_ends(history)
+    assert history["time"].size > 3
+    assert history.contacts[-1].end == pytest.approx(history.summary["end_time"], abs=1e-12)
+    # its kinematics are those of the last state though no force is known there
+    places = history["contact_place"].values
+    assert np.isfinite(places).all()
+    assert np.abs(np.diff(places[-2:], axis=0)).max() < 0.1
+    history.section_forces()
+
+
+EXACT = "discretization.method=absolute discretization.elements=4 contact.normal=spring end_time=2e-3"
+SCHEMES = {
+    "event": "",
+    "fixed-step": "solver.scheme=fixed-step",
+    "generalized-alpha": "solver.scheme=generalized-alpha",
+    "time-stepping": "solver.scheme=time-stepping contact.where=anywhere contact.grid=2",
+    "exact": EXACT,
+}
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_steps_and_intervals_longer_than_the_run_are_cut_to_it(name):
+    scenario = Scenario.builtin("paper", ["end_time=0.01", *SCHEMES[name].split()])
+    scenario = scenario.replace(solver__output_interval=scenario.end_time)
+    long = {"solver__output_interval": 10.0}
+    if name != "event":
+        scenario = scenario.replace(solver__free_step=scenario.end_time, solver__contact_step=scenario.end_time)
+        long |= {"solver__free_step": 1e7, "solver__contact_step": 1e8}
+    history, other = simulate(scenario.replace(**long)), simulate(scenario)
+    assert_ends_where_it_ends(history)
+    assert history.outcome is other.outcome
+    assert history.summary["end_time"] == scenario.end_time
+    assert history["q"].values[-1] == pytest.approx(other["q"].values[-1], rel=1e-9, abs=1e-12)
+
+
 @pytest.mark.parametrize("name", LARGE)
 def test_a_deflection_beyond_half_the_length_ends_the_run(name):
     scenario = Scenario.builtin("paper", LARGE[name].split())

@@ -73,8 +73,21 @@ def scenarios(draw):
         return Scenario.from_dict({**sections, "contact": {**kept, "enabled": False}})
 
 
+def assert_sound(history, friction):
+    """Nothing is later than the end, and all forces are in their cones, also on both sides of each event."""
+    end = history.summary["end_time"]
+    assert float(history["time"].values[-1]) == end
+    assert all(event.time <= end for event in history.events)
+    assert all(contact.start <= contact.end <= end for contact in history.contacts)
+    prefix = "contact_" if "contact_lambda_n" in history else ""
+    normal, tangential = (history[f"{prefix}{name}"].values for name in ("lambda_n", "lambda_tau"))
+    outside = np.abs(tangential) - friction * (1.0 + 1e-8) * normal
+    assert np.nanmax(outside, initial=-1.0) < 1e-6
+
+
 def check(scenario):
     history = simulate(scenario)
+    assert_sound(history, scenario.contact.mu_static)
     energy = history.summary["energy"]
     assert history.outcome in OUTCOMES
     for name in ("lost_impact", "lost_friction", "lost_damping"):
@@ -109,6 +122,7 @@ def implicit_scenarios(draw):
 
 def check_implicit(scenario):
     history = simulate(scenario)
+    assert_sound(history, scenario.contact.mu_static)
     energy = history.summary["energy"]
     assert history.outcome in (*OUTCOMES, Outcome.CHATTERING)
     if history.outcome is Outcome.COMPLETED:
@@ -139,6 +153,61 @@ def test_many_random_nodal_scenarios(scenario):
 @given(scenario=scenarios())
 def test_many_random_scenarios(scenario):
     check(scenario)
+
+
+@st.composite
+def stepped_scenarios(draw):
+    """Beams that are thrown against a slope or pegs close by, by the schemes that find or take forces late."""
+    scheme, where = draw(pick("fixed-step", "generalized-alpha")), draw(pick("point", "point", "pegs"))
+    angle, friction = draw(st.floats(-0.3, 0.6)), draw(pick(0.1, 0.3, 0.8, 1.5))
+    normal = draw(pick("rigid", "spring")) if where == "point" else "spring"
+    contact = {"normal": normal, "friction": "hybrid", "mu_kinetic": friction}
+    contact["mu_static"] = friction * draw(pick(1.0, 1.3))
+    if normal == "spring":
+        contact |= {"stiffness": 10.0 ** draw(st.floats(4.0, 6.5)), "axial_flexibility": draw(st.booleans())}
+
+    def beside(along, across):
+        place = along * np.exp(1j * (angle - across))
+        return [float(place.real), float(place.imag)]
+
+    sections = {
+        "end_time": 0.03,
+        "beam": {
+            "youngs_modulus": 10.0 ** draw(st.floats(9.3, 11.3)),
+            "kelvin_voigt": draw(pick(0.0, 1e-5, 1e-3)),
+        },
+        "initial": {"angle": angle, "angular_velocity": draw(st.floats(-8.0, -1.0))},
+        "contact": contact,
+        "discretization": {"method": "modal", "frame": "mean-axis", "modes": draw(st.integers(1, 4))},
+        "solver": {
+            "scheme": scheme,
+            "contact_step": draw(pick(1e-5, 5e-5)),
+            "free_step": 1e-4,
+            "output_interval": draw(pick(1e-3, 1e-4)),
+        },
+    }
+    if where == "point":
+        near = beside(1.0, draw(st.floats(5e-4, 0.05)))
+        sections["slope"] = {"origin": near, "angle": angle + draw(st.floats(-0.6, 0.5))}
+    else:
+        contact["where"], sections["slope"] = "anywhere", {"enabled": False}
+        places = [beside(draw(st.floats(0.3, 0.9)), draw(st.floats(0.01, 0.06))) for _ in range(draw(pick(1, 2)))]
+        stiffness = contact["stiffness"]
+        sections["obstacles"] = [{"kind": "point", "origin": at, "stiffness": stiffness} for at in places]
+    return Scenario.from_dict(sections)
+
+
+@settings(derandomize=True, max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(scenario=stepped_scenarios())
+def test_forces_of_random_scenarios_are_in_their_cones(scenario):
+    assert_sound(simulate(scenario), scenario.contact.mu_static)
+
+
+@pytest.mark.slow
+@settings(derandomize=True, max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(scenario=stepped_scenarios())
+def test_forces_of_many_random_scenarios_are_in_their_cones(scenario):
+    assert_sound(simulate(scenario), scenario.contact.mu_static)
 
 
 def test_a_place_that_grazes_the_slope_at_the_bottom_of_its_circle_goes_on():

@@ -202,7 +202,9 @@ class Inclined(MechanicalSystem):
         return 0.5 * float(qd @ qd), 0.0, -float(self.force @ q)
 
 
-@pytest.mark.parametrize(("scheme", "error"), [("event", EVENT_ERROR), ("fixed-step", 1e-3), ("generalized-alpha", 1e-5)])
+@pytest.mark.parametrize(
+    ("scheme", "error"), [("event", EVENT_ERROR), ("fixed-step", 1e-3), ("generalized-alpha", 1e-5)]
+)
 def test_a_sliding_contact_that_could_hold_or_open_opens(scheme, error):
     """A_nn - mu A_nt = 1 - 3/2 is negative: with x'' = 1 without force x'' = 0 with 2 N solves the problem too.
 
@@ -210,7 +212,9 @@ def test_a_sliding_contact_that_could_hold_or_open_opens(scheme, error):
     """
     closes = 0.3 - sqrt(0.07)
     start, end = ([0.01, 0.0], [-0.3, 5.0]), 0.2
-    pushed = simulate_system(Inclined(1.0, 0.0), *start, end, friction=Coulomb(0.5, 0.5), scheme=scheme_of(scheme, 1e-4))
+    pushed = simulate_system(
+        Inclined(1.0, 0.0), *start, end, friction=Coulomb(0.5, 0.5), scheme=scheme_of(scheme, 1e-4)
+    )
     assert pushed.outcome is Outcome.COMPLETED
     assert kinds_of(pushed) == ["rebound"]
     assert last(pushed, "gap") == pytest.approx(0.5 * (end - closes) ** 2, abs=error)
