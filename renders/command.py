@@ -17,7 +17,7 @@ from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
-from oblique_impact.renders.style import Style
+from oblique_impact.renders.style import Style, require_plain
 from oblique_impact.renders.timeline import FPS, Timeline, make_timeline
 from oblique_impact.renders.title import name_of
 
@@ -131,6 +131,8 @@ def render(
     called = list(names) or [_name(source, number, len(sources)) for number, source in enumerate(sources, start=1)]
     if len(called) != len(sources):
         raise InputError(f"--name: {len(called)} given for {len(sources)} histories")
+    for name in called:
+        require_plain("--name", name)
     runs = [_loaded(source) for source in sources]
     timeline = None
     # runs that blew up hold numbers of any size

@@ -42,7 +42,7 @@ FRAMES = 1000  # of an export that asks for nothing else, besides those at event
 #: formats, and what reads them
 READERS = {
     "pvd": "ParaView, PyVista",
-    "xdmf": 'ParaView (choose "Xdmf3 Reader S"), PyVista, meshio',
+    "xdmf": "ParaView, PyVista, meshio",
     "csv": "pandas, spreadsheets",
 }
 #: units or meanings of the results on the parts, and of the field data of a frame

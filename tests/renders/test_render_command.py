@@ -69,6 +69,8 @@ def test_a_film_lasts_as_long_as_it_is_told_to(folder, tmp_path, cli, options, s
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
         (("--out", "a.png", "--size", "10x10"), "--size 10x10: should be from 320x120"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
+        (("--out", "a.svg", "--title", "a\x07b"), "--title a\\x07b: should be a text without control characters"),
+        (("--out", "a.svg", "--name", "a\x1bb"), "--name a\\x1bb: should be a text without control characters"),
         (("--out", "a.gif", "--fps", "51"), "--fps 51: of a GIF should be from 1 to 50"),
         (("--out", "a.mp4", "--speed", "1e-9"), "frames: should have at most 100000"),
         (("--out", "a.mp4", "--speed", "0.1", "--contact-speed", "1"), "should be at most --speed, 0.1"),
