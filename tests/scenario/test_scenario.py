@@ -84,7 +84,7 @@ def test_a_file_keeps_every_digit_and_any_title():
     assert Scenario.from_toml(scenario.to_toml()) == scenario
 
 
-@pytest.mark.parametrize("character", ["\x00", "\x07", "\x1b", "\n", "\x7f", "\x85", "\ud800", "\uffff"])
+@pytest.mark.parametrize("character", ["\x00", "\x07", "\x1b", "\n", "\x7f", "\x85", "\uffff"])
 def test_control_characters_in_a_title_are_refused(character):
     """XML has none: a picture as SVG and an export as XDMF could not be read."""
     with refused_in_one_line("title = ", "should be a text without control characters"):
