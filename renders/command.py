@@ -171,7 +171,8 @@ def _loaded(source: Source) -> History:
     """Return a history that can be drawn; raises InputError."""
     history = History.load(source) if isinstance(source, str | os.PathLike) else source
     require_history(history, "render")
-    if "uy" in history and not np.isfinite(history["uy"].values).all(axis=1).any():
+    shapes = [history[name].values for name in ("theta", "ux", "uy") if name in history]
+    if shapes and not np.all([np.isfinite(v.reshape(len(v), -1)).all(axis=1) for v in shapes], axis=0).any():
         raise InputError("HISTORY: no sample has a finite shape")
     return history
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from io import BytesIO
@@ -120,7 +120,7 @@ def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | 
     if gif and timeline.fps > GIF_FPS:  # of shorter delays players make a tenth of a second
         raise InputError(f"--fps {timeline.fps}: of a GIF should be from 1 to {GIF_FPS}")
 
-    def frames() -> Iterator[Pixels]:
+    def frames() -> Generator[Pixels]:
         with Composer(story, timeline) as composer:
             for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
                 yield composer.draw(float(time), float(rate))

@@ -86,6 +86,11 @@ class BeamGeometry:
         self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
+        if self.anywhere:
+            s, found = history.scenario, history["contact_place"].shape[1]
+            asked = len(s.sides) * len(s.beam_points) + len(s.obstacle_points)
+            if found != asked:
+                raise InputError(f"history: has {found} contacts, where its scenario has {asked}")
         self.times, self.stations = self.values("time"), self.values("station")
         #: number of the station at the contact point
         self.touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))

@@ -330,10 +330,11 @@ def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
         if geometry.anywhere:
             inside, number = closed_samples(history, contact)
             states = history["contact_state"].values[:, number]
+            passed = dict.fromkeys(states[inside].tolist())
         else:
             start, end = last_sample(geometry.times, contact.start), first_sample(geometry.times, contact.end)
-            inside, states = np.arange(int(start), int(end) + 1), history["state"].values
-        passed = dict.fromkeys(states[inside].tolist())
+            states = history["state"].values
+            passed = dict.fromkeys(states[int(start) : int(end) + 1].tolist())
         names = [State(state).name.lower() for state in passed if state != State.FREE]
         lasts = states[-1] != State.FREE and contact.end >= last
         cells = [

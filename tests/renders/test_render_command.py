@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
+
+from oblique_impact.renders import render
+from tests.refusals import refused_in_one_line
 
 
 def test_a_still_shows_the_largest_force_a_time_or_an_event(run, folder, tmp_path, cli):
@@ -89,3 +93,18 @@ def test_a_file_that_is_no_history_is_one_line(tmp_path, refused):
     line = refused("render", tmp_path, "--out", tmp_path / "a.png")
     assert f"{tmp_path / 'history.nc'}: not a readable history of oblique-impact" in line
     assert "no such history" in refused("render", tmp_path / "none", "--out", tmp_path / "a.png")
+
+
+def test_pages_of_damaged_histories_are_drawn_or_refused_in_one_line(run, tmp_path):
+    history, several = run("paper", "end_time=0.33"), run("two-pegs", "end_time=0.01")
+    for name in ("theta", "ux", "uy"):
+        lost = replace(history, data=history.data.assign({name: np.nan * history[name]}))
+        with refused_in_one_line("no sample has a finite shape"):
+            render(lost, tmp_path / "a.html")
+    with refused_in_one_line("has 1 contacts, where its scenario has 2"):
+        render(replace(several, data=several.data.isel(contact=[0])), tmp_path / "a.html")
+    assert list(tmp_path.iterdir()) == []
+    collisions = [c | {"start": 1e30, "end": 1e30} for c in history.summary["macro_collisions"]]
+    contacts = [c._replace(end=1e30) for c in history.contacts]
+    late = replace(history, contacts=contacts, summary=history.summary | {"macro_collisions": collisions})
+    assert render(late, tmp_path / "a.html").file.is_file()
