@@ -22,7 +22,7 @@ from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import Box
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import Story
-from oblique_impact.renders.timeline import TimeMap
+from oblique_impact.renders.timeline import TimeMap, contact_spans
 
 Array = NDArray[np.float64]
 
@@ -65,9 +65,9 @@ def draw_curves(
     first, last = course.times[[0, -1]]
     per_second = size[0] / (course.duration or 1.0)
     axes.set_xlim(0.0, size[0])
-    for contact in story.histories[0].contacts:
-        if contact.end >= first and contact.start <= last:
-            start, end = course.film_at(np.array([contact.start, contact.end])) * per_second
+    for span in contact_spans(story.histories[0]):
+        if span[1] >= first and span[0] <= last:
+            start, end = course.film_at(span) * per_second
             axes.axvspan(start, end, color=story.style.colours.line, alpha=0.6, linewidth=0)
     shown = [(curve, (curve.time >= first) & (curve.time <= last)) for curve in curves]
     unit, prefix = unit_for([curve.values[inside] for curve, inside in shown])

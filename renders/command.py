@@ -18,7 +18,7 @@ from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
-from oblique_impact.renders.style import Style
+from oblique_impact.renders.style import Style, require_plain
 from oblique_impact.renders.timeline import FPS, Timeline, make_timeline
 from oblique_impact.renders.title import name_of
 
@@ -132,6 +132,8 @@ def render(
     called = list(names) or [_name(source, number, len(sources)) for number, source in enumerate(sources, start=1)]
     if len(called) != len(sources):
         raise InputError(f"--name: {len(called)} given for {len(sources)} histories")
+    for name in called:
+        require_plain("--name", name)
     runs = [_loaded(source) for source in sources]
     timeline = None
     if suffix in FILMS and any(pixels % 2 for pixels in style.size):
@@ -170,7 +172,8 @@ def _loaded(source: Source) -> History:
     """Return a history that can be drawn; raises InputError."""
     history = History.load(source) if isinstance(source, str | os.PathLike) else source
     require_history(history, "render")
-    if "uy" in history and not np.isfinite(history["uy"].values).all(axis=1).any():
+    shapes = [history[name].values for name in ("theta", "ux", "uy") if name in history]
+    if shapes and not np.all([np.isfinite(v.reshape(len(v), -1)).all(axis=1) for v in shapes], axis=0).any():
         raise InputError("HISTORY: no sample has a finite shape")
     return history
 

@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
+from oblique_impact.marching.records import Contact
 from oblique_impact.renders.story import round_up
 from oblique_impact.renders.style import LIGHT, Theme
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 _SHADES = 24  # of the force: bars of one shade are one path
 _COLUMNS = 1000  # of the shown time: what is shorter is drawn with what stands beside it
@@ -34,7 +36,7 @@ _HATCH = "//////"
 class Pieces(NamedTuple):
     """Contacts cut where their force is known, (pieces,) each."""
 
-    contact: NDArray[np.int64]  # number of the contact in `History.contacts`
+    contact: Integers  # number of the contact in `History.contacts`
     start: Array  # s
     end: Array  # s
     place: Array  # m along the beam
@@ -48,29 +50,39 @@ def contact_pieces(history: History) -> Pieces:
     Contacts begin and end with their events, whatever the samples.  One without a sample inside has its impulse
     over its time as force; that of an impact alone is infinite.
     """
-    names = ("time", "contact_obstacle", "contact_state", "contact_place", "contact_lambda_n")
-    times, obstacles, states, places, forces = (history[name].values for name in names)
-    assert history.scenario is not None
-    length, rows = history.scenario.beam.length, list[tuple[int, float, float, float, float, bool]]()
+    names = ("time", "contact_state", "contact_place", "contact_lambda_n")
+    times, states, places, forces = (history[name].values for name in names)
+    rows = list[tuple[int, float, float, float, float, bool]]()
     for number, contact in enumerate(history.contacts):
         start, end = contact.start, contact.end
-        inside = np.arange(np.searchsorted(times, start), np.searchsorted(times, end, side="right"))
-        closed = (states[inside] != State.FREE) & (obstacles == contact.obstacle)
-        # which of those that are closed it is, its places say
-        away = np.abs(places[inside] - np.clip(places[inside], contact.first_place, contact.last_place))
-        away = np.where(closed, away, np.inf).min(axis=0, initial=np.inf)
-        i = int(np.argmin(away / length - _SAME * closed.sum(axis=0)))
-        if away[i] > _NEAR * length:
+        inside, i = closed_samples(history, contact)
+        if not inside.size:
             place = 0.5 * (contact.first_place + contact.last_place)
             force = contact.normal_impulse / (end - start) if end > start else np.inf
             rows.append((number, start, end, place, force, False))
             continue
-        inside = inside[closed[:, i]]
         edges = [start, *(0.5 * (times[inside[1:]] + times[inside[:-1]])), end]
         samples = places[inside, i], forces[inside, i], states[inside, i] == State.STICK
         rows += zip([number] * inside.size, edges[:-1], edges[1:], *samples, strict=True)
     columns = zip(*rows, strict=True) if rows else [()] * 6
     return Pieces(*(np.array(c, t) for c, t in zip(columns, (int, float, float, float, float, bool), strict=True)))
+
+
+def closed_samples(history: History, contact: Contact) -> tuple[Integers, int]:
+    """Return the samples of a contact, ascending, and which it is of the several that a history has columns of.
+
+    There is no sample of one that is an impact alone.
+    """
+    assert history.scenario is not None
+    length, times, places = history.scenario.beam.length, history["time"].values, history["contact_place"].values
+    inside = np.arange(*np.searchsorted(times, (contact.start, np.nextafter(contact.end, np.inf))))
+    closed = history["contact_state"].values[inside] != State.FREE
+    closed &= history["contact_obstacle"].values == contact.obstacle
+    # which of those that are closed it is, its places say
+    away = np.abs(places[inside] - np.clip(places[inside], contact.first_place, contact.last_place))
+    away = np.where(closed, away, np.inf).min(axis=0, initial=np.inf)
+    i = int(np.argmin(away / length - _SAME * closed.sum(axis=0)))
+    return inside[closed[:, i] & (away[i] <= _NEAR * length)], i
 
 
 def draw_contact_map(

@@ -6,17 +6,19 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import chdir
 from dataclasses import dataclass
+from io import FileIO
 from pathlib import Path
 from typing import Any, Literal, cast
 from xml.etree import ElementTree
 
+import h5py
 import meshio
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkCommonCore import vtkStringArray
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, writing_file
@@ -40,7 +42,7 @@ FRAMES = 1000  # of an export that asks for nothing else, besides those at event
 #: formats, and what reads them
 READERS = {
     "pvd": "ParaView, PyVista",
-    "xdmf": 'ParaView (choose "Xdmf3 Reader S"), PyVista, meshio',
+    "xdmf": "ParaView, PyVista, meshio",
     "csv": "pandas, spreadsheets",
 }
 #: units or meanings of the results on the parts, and of the field data of a frame
@@ -62,9 +64,11 @@ UNITS = {
     "sample": "number in the history",
 }
 _TIMES = (
-    "The frames carry the times of the history exactly. At a jump there are two frames: the left one carries its "
-    "time, the right one the next larger double (one ulp). The field 'side' tells them apart."
+    "The field 'time' is that of the history exactly. At a jump there are two frames: the left one has its time, "
+    "the right one the next larger double (one ulp). The field 'side' tells them apart. The frames of XDMF carry "
+    "these times, but that before 4 s the right side of a jump stands 8.9e-16 s after the left one."
 )
+_APART = 4.0 * float(np.finfo(float).eps)  # s: between two frames of XDMF, at least
 _FIXED = ("pin", "slope")  # parts that are the same in all frames
 
 
@@ -350,11 +354,21 @@ def _write_pvd(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]:
             piece = folder / f"{name}_{0 if fixed else number:06d}.vtp"
             if number == 0 or not fixed:
                 _add_fields(mesh, _run_fields(story, parts) if fixed else fields)
-                mesh.save(piece, recompute_normals=False)
+                piece.write_bytes(_vtp(mesh))
             entry = {"timestep": repr(fields["time"]), "part": str(part), "name": name}
             ElementTree.SubElement(entries, "DataSet", entry, file=f"{folder.name}/{piece.name}")
     ElementTree.ElementTree(collection).write(file, encoding="utf-8", xml_declaration=True)
     return [folder, file]
+
+
+def _vtp(mesh: pv.PolyData) -> bytes:
+    """Return a mesh as the content of a .vtp file: VTK's writer crashes on a disk that is full."""
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(mesh)
+    writer.SetDataModeToBinary()
+    writer.SetWriteToOutputString(True)
+    writer.Write()
+    return str(writer.GetOutputString()).encode()
 
 
 def _add_fields(mesh: pv.PolyData, fields: Mapping[str, str | float]) -> None:
@@ -368,8 +382,52 @@ def _add_fields(mesh: pv.PolyData, fields: Mapping[str, str | float]) -> None:
             mesh.field_data[name] = [value]
 
 
-class _CompressedWriter(meshio.xdmf.TimeSeriesWriter):  # type: ignore[misc]
-    """meshio's writer with compressed numbers: a third of the size."""
+class _Numbers(FileIO):
+    """A file for HDF5 that keeps its first `error` for `check`: HDF5 itself crashes on a disk that is full."""
+
+    error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all of some data, or nothing after an error; returns their size."""
+        left = memoryview(data).cast("B")
+        size = left.nbytes
+        try:
+            while left and not self.error:
+                left = left[super().write(left) :]
+        except OSError as error:
+            self.error = error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        """Change the size; returns it."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+    def check(self) -> None:
+        """Raise OSError if something could not be written."""
+        if self.error:
+            raise self.error
+
+
+class _Writer(meshio.xdmf.TimeSeriesWriter):  # type: ignore[misc]
+    """meshio's writer, with compressed numbers, a third of the size; raises OSError where it cannot write."""
+
+    def __enter__(self) -> _Writer:
+        self.h5_filename = self.filename.with_suffix(".h5").name
+        self._numbers = _Numbers(self.filename.with_suffix(".h5"), "w+")
+        self.h5_file = h5py.File(self._numbers, "w")
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        with self._numbers:
+            self.h5_file.close()
+        self._numbers.check()
+        if not any(raised):
+            tree = ElementTree.ElementTree(self.xdmf_file)
+            tree.write(self.filename, encoding="utf-8", xml_declaration=True)
 
     def numpy_to_xml_string(self, data: NDArray[Any]) -> str:
         """Store numbers in the .h5 file and return where they are."""
@@ -377,6 +435,7 @@ class _CompressedWriter(meshio.xdmf.TimeSeriesWriter):  # type: ignore[misc]
         self.data_counter += 1
         packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "chunks": data.shape}
         self.h5_file.create_dataset(name, data=data, **(packed if data.size > 100 else {}))
+        self._numbers.check()
         return f"{self.h5_filename}:/{name}"
 
 
@@ -386,10 +445,13 @@ def _write_xdmf(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]
     meshio's `TimeSeriesReader` takes the last collection of a file and knows no points that move: so the surface
     comes last, and its points are there once more as the point array `position`.
     """
-    with chdir(file.parent), _CompressedWriter(file.name) as writer:  # its .h5 goes to the current folder
+    with _Writer(file) as writer:
         writer.domain.remove(writer.collection)
         collections: dict[str, Any] = {}
+        stamp = -np.inf
         for number, (fields, parts) in enumerate(frames):
+            # VTK's reader takes as one what is within a time ± 2.2e-16 s, rounded: before 4 s the next double
+            stamp = max(fields["time"], stamp + _APART)
             if not collections:
                 _add_information(writer.domain, _run_fields(story, parts))
                 kind = {"GridType": "Collection", "CollectionType": "Temporal"}
@@ -399,7 +461,7 @@ def _write_xdmf(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]
             for name, mesh in parts.items():
                 attributes = {"Name": f"{name}_{number:06d}", "GridType": "Uniform"}
                 grid = ElementTree.SubElement(collections[name], "Grid", attributes)
-                ElementTree.SubElement(grid, "Time", Value=repr(fields["time"]))
+                ElementTree.SubElement(grid, "Time", Value=repr(stamp))
                 _add_information(grid, fields)
                 grid.extend(cells[name])
                 points = np.asarray(mesh.points)

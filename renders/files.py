@@ -33,8 +33,9 @@ def save_figure(figure: Figure, out: Path, default_name: str, histories: Iterabl
     cannot be written.
     """
     file = out if out.suffix.lower() in _COMMENT else out / default_name
-    metadata = {_COMMENT[file.suffix.lower()]: comment(histories)}
-    return save_whole(file, lambda part: figure.savefig(part, metadata=metadata))
+    content, kind = BytesIO(), file.suffix.lower()
+    figure.savefig(content, format=kind[1:], metadata={_COMMENT[kind]: comment(histories)})
+    return save_whole(file, lambda part: part.write_bytes(content.getbuffer()))
 
 
 def made_by(histories: Iterable[History] = ()) -> str:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import subprocess
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, suppress
 from dataclasses import replace
+from io import BytesIO
+from itertools import chain
 from pathlib import Path
+from subprocess import DEVNULL, PIPE
+from tempfile import TemporaryFile
 from typing import Any
 
+import imageio_ffmpeg
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
@@ -26,9 +33,10 @@ from oblique_impact.renders.timeline import Timeline
 
 _ROWS = 5  # of a strip
 _LETTERS = 26  # so many of its rows have a letter
-_COLOURS = 64  # of a GIF: a quarter of the size of 256 ones
+GIF_FPS = 50
 
 OnFrame = Callable[[int, int], None]
+Pixels = NDArray[np.uint8]
 
 
 def write_still(story: Story, time: float, out: Path) -> Path:
@@ -103,45 +111,78 @@ def strip_times(history: History) -> list[float]:
 
 
 def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | None = None) -> Path:
-    """Write a film as .mp4 or .gif, as the suffix of `out` says, with PyVista's movie writer.
+    """Write a film as .mp4 or .gif, as the suffix of `out` says.
 
     `on_frame` is called with the number of frames done and their total.  Raises InputError for a file that cannot
-    be written.
+    be written, or a GIF of more than 50 frames per second.
     """
+    gif = out.suffix.lower() == ".gif"
+    if gif and timeline.fps > GIF_FPS:  # of shorter delays players make a tenth of a second
+        raise InputError(f"--fps {timeline.fps}: of a GIF should be from 1 to {GIF_FPS}")
 
-    def write(part: Path) -> None:
+    def frames() -> Generator[Pixels]:
         with Composer(story, timeline) as composer:
-            open_film(composer.scene.plotter, part, timeline.fps, comment(story.histories))
             for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
-                composer.scene.plotter.mwriter.append_data(composer.draw(float(time), float(rate)))
+                yield composer.draw(float(time), float(rate))
                 if on_frame:
                     on_frame(n, timeline.times.size)
-        if part.suffix.lower() == ".gif":
-            _add_gif_comment(part, comment(story.histories))
+
+    def write(part: Path) -> None:
+        words = comment(story.histories)
+        with closing(frames()) as drawn:
+            if gif:
+                write_gif(part, drawn, timeline.times.size, timeline.fps, words)
+            else:
+                write_mp4(part, drawn, timeline.fps, words)
 
     return save_whole(out, write)
 
 
-def open_film(plotter: Any, file: Path, fps: int, text: str) -> None:
-    """Open the movie writer of a plotter; `text` is the comment of an MP4 file."""
-    if file.suffix.lower() == ".gif":
-        plotter.open_gif(str(file), fps=fps, loop=0, palettesize=_COLOURS, subrectangles=True)
-        return
-    options = ["-preset", "veryfast", "-crf", "17", "-movflags", "+faststart", "-metadata", f"comment={text}"]
-    plotter.open_movie(str(file), fps, quality=None, macro_block_size=2, output_params=options)
+def write_gif(file: Path, frames: Iterator[Pixels], count: int, fps: int, text: str) -> None:
+    """Write so many frames (rows, columns, 3) as a GIF with a comment.
 
-
-def _add_gif_comment(file: Path, text: str) -> None:
-    """Put a comment before the first frame of a GIF, which imageio's writer has no option for.
-
-    GIF89a specification (CompuServe 1990), sections 18 and 24: colours follow the first 13 bytes, as many as the
-    byte 10 says; a comment is a chain of blocks of up to 255 characters.
+    Delays are whole hundredths of a second: frames last as many of them as keep the mean rate.  Raises OSError.
     """
-    content, words = file.read_bytes(), text.encode("ascii", "replace")
-    first = 13 + (3 << (content[10] % 8 + 1) if content[10] & 0x80 else 0)
-    parts = [words[k : k + 255] for k in range(0, len(words), 255)]
-    block = b"\x21\xfe" + b"".join(bytes([len(part)]) + part for part in parts) + b"\x00"
-    file.write_bytes(content[:first] + block + content[first:])
+    ends = np.rint(100.0 * np.arange(count + 1) / fps)
+    look: dict[str, Any] = {"duration": (10.0 * np.diff(ends)).tolist(), "loop": 0}  # ms
+    pictures = (Image.fromarray(frame).quantize() for frame in frames)
+    content = BytesIO()
+    next(pictures).save(
+        content, "GIF", save_all=True, append_images=pictures, comment=text.encode("ascii", "replace"), **look
+    )
+    file.write_bytes(content.getbuffer())
+
+
+def write_mp4(file: Path, frames: Iterator[Pixels], fps: int, text: str) -> None:
+    """Write frames (rows, columns, 3) as an MP4 file with a comment, through ffmpeg.
+
+    Raises OSError with what it says if it fails.
+    """
+    first = next(frames)
+    size, name = f"{first.shape[1]}x{first.shape[0]}", imageio_ffmpeg.get_ffmpeg_exe()
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", str(fps), "-i", "-"]
+    wanted = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "17"]
+    about = ["-movflags", "+faststart", "-metadata", f"comment={text}", "-f", "mp4", str(file)]
+    with TemporaryFile() as said:
+        # in a session of its own: Ctrl-C at the terminal is for this process, which ends it
+        command = [name, "-y", "-v", "error", *given, *wanted, *about]
+        ffmpeg = subprocess.Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said, start_new_session=True)
+        assert ffmpeg.stdin is not None
+        try:
+            with suppress(BrokenPipeError):  # when it has failed, which its exit code tells
+                for frame in chain([first], frames):
+                    ffmpeg.stdin.write(np.ascontiguousarray(frame).data)
+                ffmpeg.stdin.close()
+            code = ffmpeg.wait()
+        finally:
+            ffmpeg.kill()
+            with suppress(OSError):
+                ffmpeg.stdin.close()
+            ffmpeg.wait()
+        said.seek(0)
+        lines = said.read().decode(errors="replace").splitlines()
+        if code or any("rror" in line for line in lines):  # older ones lose the end of a file with exit code 0
+            raise OSError(lines[-1].rpartition(": ")[2] if lines else f"ffmpeg ended with code {code}")
 
 
 def _check_times(story: Story, times: Sequence[float]) -> None:

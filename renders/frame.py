@@ -202,8 +202,7 @@ class Composer:
         k = geometry.index(time)
         force = geometry.force_text(float(np.linalg.norm(geometry.pushes(k)[geometry.close_contact(k)])))
         words["force"] = (f"{self._force}{force}", theme.arrow) if force else ("no contact force", theme.dim)
-        gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
-        # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility
+        gap, drawn = map(_in_mm, geometry.close_gap(k))
         words["gap"] = (f"gap {gap} mm" + (f", drawn {drawn}" if drawn != gap else ""), theme.dim)
         return words
 

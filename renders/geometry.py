@@ -86,6 +86,11 @@ class BeamGeometry:
         self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
+        if self.anywhere:
+            s, found = history.scenario, history["contact_place"].shape[1]
+            asked = len(s.sides) * len(s.beam_points) + len(s.obstacle_points)
+            if found != asked:
+                raise InputError(f"history: has {found} contacts, where its scenario has {asked}")
         self.times, self.stations = self.values("time"), self.values("station")
         #: number of the station at the contact point
         self.touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
@@ -338,9 +343,21 @@ class BeamGeometry:
             return ""
         return f"{force:.0f} N" if force >= 100.0 else f"{force:#.3g} N"
 
-    def gap(self, k: float) -> float:
-        """Return the gap (m) of the contact point itself at sample k, see `contact_gap`."""
-        return float(_between(self._gap, k))
+    def close_gap(self, k: float) -> tuple[float, float]:
+        """Return the gap (m) of the `close_contact` at sample k, and the one that is drawn.
+
+        On a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility.
+        """
+        if self.anywhere:
+            gap = float(self.value("contact_gap", k)[self.close_contact(k)])
+            return gap, gap
+        return float(_between(self._gap, k)), float(self.value("gap", k))
+
+    def close_values(self, name: str) -> Array:
+        """Return the `gap` (m) or the `slip_rate` (m/s) of the `close_contact`, (samples,)."""
+        if self.anywhere:
+            return np.take_along_axis(self.values(f"contact_{name}"), self._close_contacts[:, None], axis=1)[:, 0]
+        return self._gap if name == "gap" else self.values(name)
 
     @cached_property
     def _gap(self) -> Array:

@@ -21,6 +21,7 @@ from oblique_impact.renders.files import Drawing, save_figure
 from oblique_impact.renders.geometry import contact_gap
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import LIGHT, Style, Theme, figure_style
+from oblique_impact.renders.timeline import contact_spans
 
 #: texts of vector graphics as text, not as outlines
 _AS_TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42}
@@ -179,8 +180,8 @@ def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     first = next(iter(histories.values()))
     for history, style in _curves(histories, theme):
         axes.plot(history["time"], 1e3 * contact_gap(history), **style)
-    for contact in first.contacts:
-        axes.axvspan(contact.start, contact.end, color=theme.states[1], alpha=0.25, linewidth=0)
+    for start, end in contact_spans(first):
+        axes.axvspan(start, end, color=theme.states[1], alpha=0.25, linewidth=0)
     what = "obstacles" if "contact_place" in first else "the slope"
     title = f"Distance from {what} (contact shaded)"
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title=title, xlim=(0.0, float(first["time"][-1])))

@@ -12,7 +12,7 @@ import matplotlib as mpl
 import matplotlib.style
 
 from oblique_impact.errors import InputError
-from oblique_impact.scenario.messages import one_of
+from oblique_impact.scenario.messages import one_of, plain_text
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
 STATE_COLOURS = (FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR)
@@ -142,6 +142,14 @@ def figure_style(theme: Theme | None = None) -> Iterator[None]:
         yield
 
 
+def require_plain(option: str, text: str) -> None:
+    """Raise InputError for a text with control characters, which would make an SVG that cannot be read."""
+    try:
+        plain_text(text)
+    except ValueError as error:
+        raise InputError(f"{option} {text}: should be {error}") from None
+
+
 @dataclass(frozen=True)
 class Style:
     """Contents and appearance of a picture.
@@ -205,6 +213,7 @@ class Style:
         ):
             if name not in get_args(names):
                 raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")
+        require_plain("--title", self.title or "")
         if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
         if not 4.0 <= self.letters <= 60.0:

@@ -20,6 +20,7 @@ _ROUND = (0.5, 1.0, 2.0, 5.0, 10.0)
 _SHARE = 0.5  # of the film that contacts take
 _RAMP = 1.0  # s of film, from one rate to the other
 _GRID = 20_000
+_MOST = 100_000  # frames of a film
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,8 @@ def time_map(
         Its contacts are where time is stretched.
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; what is not given is one of 1, 1/2, 1/5, 1/10..., so
-        that the film of the run lasts about twenty seconds.
+        that the film of the run lasts about twenty seconds.  Where contacts take more time than flight does, time
+        is not stretched around them.
     seconds : float, optional
         If no speed is given the film of the run lasts exactly so long, at rates that are not round.
 
@@ -109,13 +111,21 @@ def time_map(
     for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):
         if value is not None and not 0.0 < value <= 1e6:
             raise InputError(f"{name} {value:g}: should be a positive number")
+    if speed and contact_speed and contact_speed > speed:
+        raise InputError(f"--contact-speed {contact_speed:g}: should be at most --speed, {speed:g}")
     first, last = float(history["time"][0]), float(history["time"][-1])
     if last <= first:
         return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
-    spans = np.array([(contact.start, contact.end) for contact in history.contacts]).reshape(-1, 2)
+    spans = np.clip(contact_spans(history), first, last)
     inside = float(np.sum(spans[:, 1] - spans[:, 0]))
-    free = speed or _round_rate((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * aim))
-    closed = min(contact_speed or _round_rate(max(inside, 1e-4) / (_SHARE * aim)), free)
+    free = (last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * aim)
+    closed = max(inside, 1e-4) / (_SHARE * aim)
+    if closed > free:
+        free = closed = (last - first) / aim
+    free, closed = speed or _round_rate(free), contact_speed or _round_rate(closed)
+    if contact_speed:
+        free = max(free, closed)
+    closed = min(closed, free)
     # fine enough for the contacts and the ramps around them
     width, near = np.maximum(spans[:, 1:] - spans[:, :1], 1e-7), np.geomspace(1e-7, 0.05, 200)
     grid = [spans[:, :1] + width * np.linspace(0.0, 1.0, 200), spans[:, :1] - near, spans[:, 1:] + near]
@@ -124,7 +134,7 @@ def time_map(
     rates = np.full(times.size, free)
     if spans.size and closed < free:
         after = np.searchsorted(spans[:, 0], times, side="right")
-        since = times - np.append(-np.inf, spans[:, 1])[after]  # the end of the contact that began last
+        since = times - np.append(-np.inf, spans[:, 1])[after]  # the end of the span that began last
         until = np.append(spans[:, 0], np.inf)[after] - times  # the start of the next one
         away = np.maximum(np.minimum(since, until), 0.0)
         # around contacts the rate grows by a constant factor per film time, d(rate)/d(film) =
@@ -134,6 +144,17 @@ def time_map(
     course = TimeMap(times, film, rates)
     # rounded rates and the ramps around contacts take another time than was asked for
     return course if seconds is None or speed or contact_speed else course.lasting(seconds)
+
+
+def contact_spans(history: History) -> Array:
+    """Return when at least one contact is closed, (spans, 2): starts and ends (s), ascending and apart."""
+    spans: list[list[float]] = []
+    for start, end, *_ in sorted(history.contacts):
+        if spans and start <= spans[-1][1]:
+            spans[-1][1] = max(spans[-1][1], end)
+        else:
+            spans.append([start, end])
+    return np.array(spans).reshape(-1, 2)
 
 
 def _round_rate(rate: float) -> float:
@@ -165,8 +186,8 @@ def make_timeline(
     """
     if not 1 <= fps <= 240:
         raise InputError(f"--fps {fps}: should be from 1 to 240")
-    if frames is not None and not 2 <= frames <= 100_000:
-        raise InputError(f"--frames {frames}: should be from 2 to 100000")
+    if frames is not None and not 2 <= frames <= _MOST:
+        raise InputError(f"--frames {frames}: should be from 2 to {_MOST}")
     begin, end = course.times[[0, -1]].tolist()
     first, last = between or (begin, end)
     if not begin <= first < last <= end:
@@ -176,6 +197,8 @@ def make_timeline(
     course = course.part(first, last)
     if frames is None:
         frames = math.ceil(course.duration * fps - 1e-9) + 1
+        if frames > _MOST:
+            raise InputError(f"--speed, --fps: a film of {frames} frames: should have at most {_MOST}")
     else:
         course = course.lasting((frames - 1) / fps)
     times = course.time_at(np.arange(frames) / fps)

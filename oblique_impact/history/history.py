@@ -94,7 +94,7 @@ class History:
     scenario : Scenario or None
         The fully resolved scenario; None for a small system, which has none.
     contacts : list of Contact
-        The closed contacts in order of time: spans, impulses, largest force and stored energy, losses.
+        The closed contacts in order of their starts: spans, impulses, largest force and stored energy, losses.
     """
 
     data: xr.Dataset
@@ -104,6 +104,10 @@ class History:
     contacts: list[Contact] = field(default_factory=list)
     #: of a beam: what computes its section forces, or these
     _section_forces: Callable[[], Mapping[str, Column]] | xr.Dataset | None = None
+
+    def __post_init__(self) -> None:
+        """Put the contacts in order: of several, the one that ends first was written down first."""
+        self.contacts = sorted(self.contacts, key=lambda contact: contact.start)
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history["theta"]``; raises KeyError."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
+import unicodedata
 from collections.abc import Iterable
 from typing import Any
 
@@ -39,3 +40,10 @@ def one_of(word: Any, known: Iterable[str]) -> str:
     """Return "should be one of A, B", with the most similar of them."""
     known = list(known)
     return f"should be one of {', '.join(known)}{did_you_mean(word, known)}"
+
+
+def plain_text(text: str) -> str:
+    """Return a text; raises ValueError if it has control characters but tabs: XML, so SVG and XDMF, has none."""
+    if any(c != "\t" and (unicodedata.category(c) in ("Cc", "Cs") or c in "\ufffe\uffff") for c in text):
+        raise ValueError("a text without control characters")
+    return text

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import tomlkit
-from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
@@ -20,7 +20,7 @@ from oblique_impact.scenario import consistency, effects
 from oblique_impact.scenario.comments import commented, listing
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
-from oblique_impact.scenario.messages import did_you_mean, refused, short
+from oblique_impact.scenario.messages import did_you_mean, plain_text, refused, short
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
@@ -84,7 +84,9 @@ class Scenario(Section):
     model_config = ConfigDict(validate_default=True, title="oblique-impact", json_schema_extra=_with_derived)
     first_item = 1  # obstacles count from 1, as in events
 
-    title: Annotated[str, Field(max_length=200)] = key("", "title of the run in pictures, films and pages")
+    title: Annotated[str, Field(max_length=200), AfterValidator(plain_text)] = key(
+        "", "title of the run in pictures, films and pages"
+    )
     end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
     gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = key(
         9.8, "acceleration of gravity, downwards"

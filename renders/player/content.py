@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import first_sample, last_sample
-from oblique_impact.renders.geometry import BeamGeometry, contact_gap
+from oblique_impact.renders.contact_map import closed_samples
+from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.player.charts import PageChart, page_charts
 from oblique_impact.renders.player.selection import evenly, frames
@@ -232,8 +233,8 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
             at = np.searchsorted(curve.time, times[samples], side="right") - 1
             found[f"{chart.name}-{curve.label}_text"] = [form(value) for value in curve.values[at].tolist()]
     if geometry.scenario.contact.enabled:
-        found["gap"] = each(contact_gap(geometry.history), millimetres)
-        found["tangential velocity"] = each(geometry.values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
+        found["gap"] = each(geometry.close_values("gap"), millimetres)
+        found["tangential velocity"] = each(geometry.close_values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
         whole = " of all" if geometry.anywhere else ""
         found[f"normal force{whole}"] = each(normal, lambda v: f"{significant(v, 4)} N")
         found[f"tangential force{whole}"] = each(tangential, lambda v: f"{significant(v, 4)} N")
@@ -324,11 +325,16 @@ def _events(story: Story, times: Array) -> list[dict[str, Any]]:
 
 def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
     """Return the listed contacts as cells of a table; `frame` is the one just after the start."""
-    states, last = geometry.history["state"].values, float(geometry.times[-1])
-    found = []
-    for contact in evenly(geometry.history.contacts):
-        start, end = last_sample(geometry.times, contact.start), first_sample(geometry.times, contact.end)
-        passed = dict.fromkeys(states[int(start) : int(end) + 1].tolist())
+    history, last, found = geometry.history, float(geometry.times[-1]), []
+    for contact in evenly(history.contacts):
+        if geometry.anywhere:
+            inside, number = closed_samples(history, contact)
+            states = history["contact_state"].values[:, number]
+            passed = dict.fromkeys(states[inside].tolist())
+        else:
+            start, end = last_sample(geometry.times, contact.start), first_sample(geometry.times, contact.end)
+            states = history["state"].values
+            passed = dict.fromkeys(states[int(start) : int(end) + 1].tolist())
         names = [State(state).name.lower() for state in passed if state != State.FREE]
         lasts = states[-1] != State.FREE and contact.end >= last
         cells = [

@@ -31,8 +31,8 @@ def frames(history: History, course: TimeMap) -> Integers:
     stress = history.section_forces()["bending_stress"].values
     found.append(np.nan_to_num(np.abs(stress)).max(axis=1).argmax(keepdims=True))
     for collision in history.summary["macro_collisions"]:
-        start, stop = np.searchsorted(times, [collision["start"], collision["end"]])
-        found.append(start + force[start : stop + 1].argmax(keepdims=True))
+        start, stop = np.searchsorted(times[:-1], [collision["start"], collision["end"]])
+        found.append(start + force[start : max(start, stop) + 1].argmax(keepdims=True))
     # another run may go on when the course, which is that of the first one, has ended
     return np.unique(np.clip(np.concatenate(found), 0, int(last_sample(times, course.times[-1]))))
 

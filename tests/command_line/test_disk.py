@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -14,6 +15,7 @@ import pytest
 from oblique_impact import InputError, Scenario
 from oblique_impact.files import writing, writing_file
 from oblique_impact.history.size import expected_size
+from oblique_impact.renders.exports import READERS
 from tests.processes import COMMAND, files_in, started
 from tests.refusals import refused_in_one_line
 
@@ -46,6 +48,47 @@ def test_a_run_whose_disk_is_full(run, tmp_path):
     assert done.returncode == 2, done.stderr
     assert done.stderr.splitlines()[-1].endswith("cannot be written: File too large")
     assert files_in(tmp_path / "out") == []
+
+
+@pytest.fixture(params=["disk", "bound"])
+def full(request, tmp_path):
+    """A folder whose disk has 4 kB, or in which no file may be larger."""
+    folder, bound = tmp_path / "full", 4096
+    folder.mkdir()
+    if request.param == "bound":
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (bound, limits[1]))
+        yield folder
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        return
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={bound}", "tmpfs", str(folder)]
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("only root can mount a disk")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+@pytest.fixture(scope="module")
+def short(run, tmp_path_factory):
+    return run("paper", "end_time=0.33").save(tmp_path_factory.mktemp("runs") / "paper")
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf", "html", "gif", "mp4", "pvd", "xdmf", "csv"])
+def test_pictures_and_exports_on_a_full_disk_end_in_one_line_and_leave_nothing(short, full, refused, suffix):
+    out = full / f"a.{suffix}"
+    words = ("export", short, "--every", "1000") if suffix in READERS else ("render", short)
+    if suffix in ("png", "gif", "mp4"):
+        words = (*words, "--size", "480x320", *(("--frames", "3") if suffix != "png" else ()))
+    line = refused(*words, "--out", out)
+    assert f"--out {out}: cannot be written: " in line
+    assert list(full.iterdir()) == []
+
+
+def test_a_report_on_a_full_disk_ends_in_one_line_and_leaves_nothing(short, full, cli):
+    code, _, err = cli("compare", short, short, "--out", full / "a.html")
+    assert code == 2
+    assert err.splitlines()[-1].startswith(f"oblique-impact: --out {full / 'a.html'}: cannot be written: ")
+    assert list(full.iterdir()) == []
 
 
 @pytest.mark.parametrize("changes", [(), ("discretization.method=fem", "discretization.modes=0")])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from docs.notebook import NOTEBOOK, notebook
 from docs.pictures import sketch
 from oblique_impact import Scenario
+from oblique_impact.validation import fit
 from oblique_impact.validation.checks import registry
 from tests.docs.test_commands import DOCS, ROOT, blocks
 
@@ -31,6 +33,19 @@ def test_the_demo_of_the_readme_runs(tmp_path):
     assert {"modal", "fem", "compared.txt", "overview.png", "strip.png", "paper.html", "paper.mp4"} == {
         path.name for path in tmp_path.iterdir()
     }
+
+
+def test_the_fit_of_the_readme_finds_what_its_data_were_made_with(monkeypatch):
+    """As the data say, a damping of 2e-4 s and a stop of 2e4 N/m; from one start instead of four."""
+    monkeypatch.chdir(ROOT)
+    (line,) = (x for x in Path("README.md").read_text("utf-8").splitlines() if x.startswith("oblique-impact fit "))
+    _, _, scenario, data, *options = line.partition(" --out")[0].split()
+    assert "kelvin_voigt = 2e-4 s and a stop of 2e4 N/m" in Path(data).read_text("utf-8")
+    assert options[::2] == ["--vary", "--vary"]
+    found = fit(Scenario.load(scenario), data, vary=options[1::2], starts=1)
+    for key, true in {"beam.kelvin_voigt": 2e-4, "contact.stiffness": 2e4}.items():
+        low, high = found.interval(key)
+        assert low < true < high < 2.0 * low
 
 
 HIGHEST = {"angle": 85, "friction": 1.0, "rigid": True, "stiffness": 1e7, "damping": 1e-4, "modes": 8}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +16,8 @@ import pandas as pd
 import pytest
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkCompositeDataPipeline
+from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
 
 from oblique_impact.history.provenance import provenance, provenance_line
 from oblique_impact.history.sample_times import ascending
@@ -95,10 +100,11 @@ def exported(run, request, tmp_path_factory):
 
 def test_times_are_those_of_samples_unique_and_ascending(exported):
     history, frames = exported
-    times = np.array([frame.stamp for frame in frames])
-    assert np.all(np.diff(times) > 0.0)
-    for frame in frames:
-        assert (frame.fields["time"], history["time"].values[int(frame.fields["sample"])]) == (frame.stamp,) * 2
+    stamps = np.array([frame.stamp for frame in frames])
+    times = np.array([frame.fields["time"] for frame in frames])
+    assert np.all(np.diff(stamps) > 0.0)
+    np.testing.assert_allclose(stamps, times, rtol=0.0, atol=1e-15)
+    assert times.tolist() == [history["time"].values[int(frame.fields["sample"])] for frame in frames]
     for event in history.events:
         (n,) = np.flatnonzero(times == event.time)
         assert times[n + 1] == np.nextafter(event.time, np.inf)
@@ -111,7 +117,7 @@ def test_points_and_results_are_those_of_the_history(exported):
     tangent, normal = geometry.slope_axes
     touching = 0
     for frame in frames:
-        at, forces = (data.sel(time=frame.stamp) for data in (history.data, history.section_forces()))
+        at, forces = (data.sel(time=frame.fields["time"]) for data in (history.data, history.section_forces()))
         assert set(frame.parts) == PARTS
         axis, tube, touch = (frame.parts[name] for name in ("centreline", "surface", "contact_point"))
         turn = np.exp(1j * float(at["theta"]))
@@ -152,6 +158,82 @@ def test_field_data_say_what_it_is(exported):
     for unit, names in UNITS.items():
         assert {units[name] for name in names} == {unit}
     assert {name for part in frames[0].parts.values() for name in part} - {"position"} <= units.keys()
+
+
+def leaves(data):
+    """The meshes of a composite dataset."""
+    if not data.IsA("vtkMultiBlockDataSet"):
+        return [data]
+    return [leaf for k in range(data.GetNumberOfBlocks()) if data.GetBlock(k) for leaf in leaves(data.GetBlock(k))]
+
+
+@pytest.fixture(scope="module", params=[0.0, 0.8, 1.68, 2.5, 3.68, 7.68, 700.0])
+def late(run, request, tmp_path_factory):
+    """An XDMF export of a run that begins at some time (s), and the samples that are its frames."""
+    history = run(*PAPER)
+    times = ascending(history["time"].values + request.param)
+    events = [e._replace(time=times[np.searchsorted(history["time"].values, e.time)]) for e in history.events]
+    history = replace(history, data=history.data.assign_coords(time=times), events=events)
+    done = export(history, tmp_path_factory.mktemp("late") / "beam", format="xdmf", every=1000)
+    return history, done.file, chosen_samples(history, 1000)
+
+
+def test_readers_of_xdmf_have_every_frame_apart_and_in_order(late):
+    """VTK's reader and meshio's; what each side of a jump is, the rate of the gap says."""
+    history, file, samples = late
+    assert np.count_nonzero(np.diff(history["time"].values[samples]) < 1e-12) >= 8  # jumps
+    reader = vtkXdmfReader()
+    reader.SetFileName(str(file))
+    reader.UpdateInformation()
+    stamps = list(reader.GetOutputInformation(0).Get(vtkCompositeDataPipeline.TIME_STEPS()))
+    assert len(stamps) == samples.size
+    np.testing.assert_allclose(stamps, history["time"].values[samples], rtol=0.0, atol=1e-15)
+    rates = history["gap_rate"].values[samples]
+    for stamp, rate in zip(stamps, rates, strict=True):
+        reader.UpdateTimeStep(stamp)
+        parts = {int(mesh.GetCellData().GetArray("part").GetValue(0)): mesh for mesh in leaves(reader.GetOutput())}
+        assert sorted(parts) == list(range(6))
+        assert len(leaves(reader.GetOutput())) == 6
+        assert parts[4].GetPointData().GetArray("gap_rate").GetValue(0) == rate
+    frames = read_xdmf(file)
+    assert [frame.stamp for frame in frames] == stamps
+    assert [frame.parts["contact_point"]["gap_rate"].item() for frame in frames] == rates.tolist()
+
+
+@pytest.mark.skipif(shutil.which("pvpython") is None, reason="there is no ParaView")
+@pytest.mark.parametrize("reader", ["XDMFReader", "Xdmf3ReaderS", "PVDReader"])
+def test_readers_of_paraview_have_every_frame_apart_and_in_order(run, tmp_path, display, reader):
+    history, suffix = run(*PAPER), "pvd" if reader == "PVDReader" else "xdmf"
+    file = export(history, tmp_path / f"beam.{suffix}", every=1000).file
+    option = "FileNames" if reader == "XDMFReader" else "FileName"
+    (tmp_path / "look.py").write_text(PARAVIEW.format(reader=reader, option=option, file=str(file)))
+    words, place = ["pvpython", str(tmp_path / "look.py")], {**os.environ, "DISPLAY": display}
+    done = subprocess.run(words, capture_output=True, text=True, env=place, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = [tuple(map(float, line.split())) for line in done.stdout.splitlines()]
+    samples = chosen_samples(history, 1000)
+    rates = history["gap_rate"].values[samples]
+    assert [(parts, rate) for _, parts, rate in found] == [(6, rate) for rate in rates.tolist()]
+    np.testing.assert_allclose([t for t, *_ in found], history["time"].values[samples], rtol=0.0, atol=1e-15)
+
+
+#: prints of each time: number of meshes, rate of the gap of the contact point
+PARAVIEW = """
+from paraview.simple import {reader}
+from paraview import servermanager
+
+reader = {reader}({option}={file!r})
+for time in list(reader.TimestepValues):
+    reader.UpdatePipeline(time)
+    walk = servermanager.Fetch(reader).NewIterator()
+    walk.InitTraversal()
+    meshes = []
+    while not walk.IsDoneWithTraversal():
+        meshes.append(walk.GetCurrentDataObject())
+        walk.GoToNextItem()
+    rates = [mesh.GetPointData().GetArray("gap_rate") for mesh in meshes]
+    print(repr(time), len(meshes), *(repr(rate.GetValue(0)) for rate in rates if rate))
+"""
 
 
 @pytest.mark.parametrize("format", FORMATS)

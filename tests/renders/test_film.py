@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from oblique_impact.renders.film import strip_times, write_film, write_still, write_strip
+from oblique_impact.renders.film import strip_times, write_film, write_gif, write_still, write_strip
 from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
@@ -52,6 +52,27 @@ def test_a_film_has_its_frames_size_and_duration(story, tmp_path, name):
     assert frames.shape == (12, SIZE[1], SIZE[0], 3)
     assert duration == pytest.approx(12 / 20, abs=0.06)
     assert min(np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)) > 20
+
+
+@pytest.mark.parametrize("fps", range(1, 51))
+def test_a_gif_plays_at_the_rate_that_it_is_asked_for(tmp_path, fps):
+    """Delays are whole hundredths of a second, of which players take one or none for a tenth."""
+    count = 10 * fps  # ten seconds
+    frames = (np.full((2, 2, 3), n % 2 * 255, np.uint8) for n in range(count))
+    write_gif(tmp_path / "a.gif", frames, count, fps, "")
+    with Image.open(tmp_path / "a.gif") as film:
+        delays = [film.seek(n) or film.info["duration"] for n in range(film.n_frames)]
+    assert len(delays) == count
+    assert sum(delays) == pytest.approx(1e3 * count / fps, rel=1e-3)
+    assert min(delays) >= 20
+    np.testing.assert_allclose(np.cumsum(delays), 1e3 * np.arange(1, count + 1) / fps, atol=5.0 + 1e-9)
+
+
+def test_frames_of_a_gif_that_are_alike_last_as_long_as_all_of_them(tmp_path):
+    frames = (np.full((2, 2, 3), 40 * (n // 15), np.uint8) for n in range(60))
+    write_gif(tmp_path / "a.gif", frames, 60, 30, "")
+    with Image.open(tmp_path / "a.gif") as film:
+        assert [film.seek(n) or film.info["duration"] for n in range(film.n_frames)] == [500.0] * 4
 
 
 def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
+
+from oblique_impact.renders import render
+from tests.refusals import refused_in_one_line
 
 
 def test_a_still_shows_the_largest_force_a_time_or_an_event(run, folder, tmp_path, cli):
@@ -69,6 +73,11 @@ def test_a_film_lasts_as_long_as_it_is_told_to(folder, tmp_path, cli, options, s
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
         (("--out", "a.png", "--size", "10x10"), "--size 10x10: should be from 320x120"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
+        (("--out", "a.svg", "--title", "a\x07b"), "--title a\\x07b: should be a text without control characters"),
+        (("--out", "a.svg", "--name", "a\x1bb"), "--name a\\x1bb: should be a text without control characters"),
+        (("--out", "a.gif", "--fps", "51"), "--fps 51: of a GIF should be from 1 to 50"),
+        (("--out", "a.mp4", "--speed", "1e-9"), "frames: should have at most 100000"),
+        (("--out", "a.mp4", "--speed", "0.1", "--contact-speed", "1"), "should be at most --speed, 0.1"),
         (("--out", "a.mp4", "--size", "481x270"), "--size 481x270: films need even numbers"),
         (("--out", "a.png", "--name", "a", "--name", "b"), "--name: 2 given for 1 histories"),
     ],
@@ -84,3 +93,18 @@ def test_a_file_that_is_no_history_is_one_line(tmp_path, refused):
     line = refused("render", tmp_path, "--out", tmp_path / "a.png")
     assert f"{tmp_path / 'history.nc'}: not a readable history of oblique-impact" in line
     assert "no such history" in refused("render", tmp_path / "none", "--out", tmp_path / "a.png")
+
+
+def test_pages_of_damaged_histories_are_drawn_or_refused_in_one_line(run, tmp_path):
+    history, several = run("paper", "end_time=0.33"), run("two-pegs", "end_time=0.01")
+    for name in ("theta", "ux", "uy"):
+        lost = replace(history, data=history.data.assign({name: np.nan * history[name]}))
+        with refused_in_one_line("no sample has a finite shape"):
+            render(lost, tmp_path / "a.html")
+    with refused_in_one_line("has 1 contacts, where its scenario has 2"):
+        render(replace(several, data=several.data.isel(contact=[0])), tmp_path / "a.html")
+    assert list(tmp_path.iterdir()) == []
+    collisions = [c | {"start": 1e30, "end": 1e30} for c in history.summary["macro_collisions"]]
+    contacts = [c._replace(end=1e30) for c in history.contacts]
+    late = replace(history, contacts=contacts, summary=history.summary | {"macro_collisions": collisions})
+    assert render(late, tmp_path / "a.html").file.is_file()

@@ -11,6 +11,7 @@ import tomllib
 import pytest
 
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
+from oblique_impact.renders.style import Style
 from oblique_impact.scenario import sections
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
@@ -81,6 +82,15 @@ def test_a_file_keeps_every_digit_and_any_title():
         discretization__nodes=[k / 30 for k in range(30)] + [1.0],
     )
     assert Scenario.from_toml(scenario.to_toml()) == scenario
+
+
+@pytest.mark.parametrize("character", ["\x00", "\x07", "\x1b", "\n", "\x7f", "\x85", "\uffff"])
+def test_control_characters_in_a_title_are_refused(character):
+    """XML has none: a picture as SVG and an export as XDMF could not be read."""
+    with refused_in_one_line("title = ", "should be a text without control characters"):
+        Scenario.from_dict({"title": f"a{character}b"})
+    with refused_in_one_line("--title a", "should be a text without control characters"):
+        Style(title=f"a{character}b")
 
 
 def test_load_reads_names_and_files(tmp_path):

@@ -13,13 +13,13 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import tomli_w
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.effects import idle
-from oblique_impact.scenario.messages import did_you_mean, one_of, refused, short
+from oblique_impact.scenario.messages import did_you_mean, one_of, plain_text, refused, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas, label_of, schema_of, unit_of_key
 from oblique_impact.scenario.section import Section
@@ -197,7 +197,7 @@ class TableSection(Section):
 class SweepFile(Section):
     """A sweep file; all blocks (axes, table, Latin hypercube, Sobol sequence) are combined with each other."""
 
-    title: str = ""
+    title: Annotated[str, AfterValidator(plain_text)] = ""
     description: str = ""
     scenario: str = "paper"
     changes: dict[str, Any] = Field(default_factory=dict)
