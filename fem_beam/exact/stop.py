@@ -237,7 +237,7 @@ class PointOnBeam(Touching):
         # z goes from -1 to 1 in the element; quadratic in it, r = b + z (r1 + z r2)
         r1, r2, p1, p2 = 0.5 * (c - a), 0.5 * (a + c) - b, 0.5 * (u - p), 0.5 * (p + u) - o
         low, high = (-1.0, 0.0) if k == first else (0.0, 1.0)
-        z, last, placed = low + float(ahead[k] / (ahead[k] - ahead[k + 1])), 2.0, False
+        z, before, placed = low + float(ahead[k] / (ahead[k] - ahead[k + 1])), 2.0, False
         while True:
             turn = cmath.exp(1j * (o + z * (p1 + z * p2)))
             across = (b + z * (r1 + z * r2)) * turn.conjugate()
@@ -253,9 +253,9 @@ class PointOnBeam(Touching):
             step = -across.real / growth if growth > 0.0 else np.inf
             # where a step has not halved the last one, or leads out of the part that holds the place, this is
             # halved: so one of both is rounding in the end, mostly after four steps
-            if not (abs(step) <= 0.5 * last and low <= z + step <= high):
+            if not (abs(step) <= 0.5 * before and low <= z + step <= high):
                 step = 0.5 * (low + high) - z
-            z, last, placed = z + step, abs(step), abs(step) <= _PLACED
+            z, before, placed = z + step, abs(step), abs(step) <= _PLACED
         half = 0.5 * float(self.beam.x[first + 2] - self.beam.x[first])
         shapes = 0.5 * z * (z - 1.0), 1.0 - z * z, 0.5 * z * (z + 1.0)
         place = float(self.beam.x[first + 1]) + z * half

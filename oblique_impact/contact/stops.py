@@ -193,12 +193,12 @@ class Bedding(ElasticStop):
     def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
         """Energies (J) of that part of the springs that the cell lies over."""
         shares = [self.over(place)[0] / self.stiffness for place in slip.tolist()]
-        return super().energies(gap, slip, compliance) * np.array(shares)
+        return np.asarray(super().energies(gap, slip, compliance) * np.array(shares))
 
     def end_pushes(self, gap: Array, slip: Array) -> Array:
         """Return forces (N) along the slide of a cell that lies over an end of the bed, each (samples,)."""
         slopes = np.array([self.over(place)[1] for place in slip.tolist()])
-        return -0.5 * slopes * np.minimum(gap, 0.0) ** 2
+        return np.asarray(-0.5 * slopes * np.minimum(gap, 0.0) ** 2)
 
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""

@@ -86,12 +86,12 @@ def gather(
     qdd = np.concatenate([s.observation.qdd for s in segments])
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
-    found = energies(time, q, qd)
-    of_stops = (np.concatenate([getattr(s, name) for s in segments]) for name in ("stored", "stretched", "depth"))
+    found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
+    stored, stretched = (np.concatenate([getattr(s, name) for s in segments]) for name in ("stored", "stretched"))
     contacts = np.concatenate([s.observation.contacts for s in segments])
     each = np.concatenate([np.tile(np.array(s.each, dtype=np.int8), (s.times.size, 1)) for s in segments])
     quadratures = states[:, 2 * size :]
-    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, *of_stops, contacts, each)
+    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, stored, stretched, depth, contacts, each)
 
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:

@@ -483,11 +483,16 @@ class Run:
             self._open.peak_force = float(np.fmax.reduce(forces, initial=self._open.peak_force))
             self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
         kept = states[:, : self._kept].copy()
-        found = self._compression, self._stored, self._stretched
-        segment = Segment(phase.state, times, kept, observation, *(of(phase, observation, kept) for of in found))
-        self.record.segments.append(segment)
+        of_stops = self._of_stops(phase, observation, kept)
+        self.record.segments.append(Segment(phase.state, times, kept, observation, *of_stops))
 
-    def _compression(self, phase: Phase, observation: Observation, states: Array) -> Array:
+    def _of_stops(self, phase: Phase, observation: Observation, states: Array) -> tuple[Array, Array, Array]:
+        """Return what a segment holds of stops behind the observation, each (samples,)."""
+        compression = self._compression(phase, observation)
+        stored, stretched = (of(phase, observation, states) for of in (self._stored, self._stretched))
+        return compression, stored, stretched
+
+    def _compression(self, phase: Phase, observation: Observation) -> Array:
         """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
         law, gap = self.problem.machine.contact_law, observation.column("gap")
         if law is None or phase.state == State.FREE:

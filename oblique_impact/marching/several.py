@@ -327,12 +327,12 @@ class MultiContactRun(Run):
         found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
         return found
 
-    def _compression(self, phase: Phase, observation: Observation, states: Array) -> Array:
+    def _compression(self, phase: Phase, observation: Observation) -> Array:
         arrays, gaps = phase.arrays, observation.contacts[:, :, GAP]
         if arrays is None or not phase.stop.compliant:
             return np.zeros(len(gaps))
         closed = arrays.rows[:, STATE] != State.FREE
-        return np.max(np.where(closed, np.maximum(-gaps, 0.0), 0.0), axis=1)
+        return np.asarray(np.max(np.where(closed, np.maximum(-gaps, 0.0), 0.0), axis=1))
 
     def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
         assert phase.arrays is not None
@@ -374,8 +374,8 @@ class MultiContactRun(Run):
         states_now = tuple(int(state) for state in rows[:, STATE])
         kept = states[:, : self._kept].copy()
         state = max(states_now) if phase.state != State.FREE else int(State.FREE)
-        energies = (of(phase, found, kept) for of in (self._compression, self._stored, self._stretched))
-        self.record.segments.append(Segment(state, times, kept, found, *energies, states_now))
+        of_stops = self._of_stops(phase, found, kept)
+        self.record.segments.append(Segment(state, times, kept, found, *of_stops, states_now))
 
 
 def _nearest(sides: Array, ends: Array, each: Array, instants: Array) -> Array:
