@@ -91,7 +91,9 @@ def gather(
     contacts = np.concatenate([s.observation.contacts for s in segments])
     each = np.concatenate([np.tile(np.array(s.each, dtype=np.int8), (s.times.size, 1)) for s in segments])
     quadratures = states[:, 2 * size :]
-    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, stored, stretched, depth, contacts, each)
+    return Samples(
+        ascending(time), q, qd, qdd, quadratures, state, scalars, *found, stored, stretched, depth, contacts, each
+    )
 
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, fit_shapes, touch_peg
+from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, fit_shapes, place_of, touch_peg
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
@@ -105,3 +105,19 @@ def test_rows_and_accelerations_are_derivatives(
     assert at(0.0)[1][0] == pytest.approx(difference(0)[0], rel=1e-9, abs=1e-10)
     np.testing.assert_allclose(at(0.0)[2], difference(1), rtol=1e-7, atol=1e-7)
     assert np.all(np.abs(at(0.0)[1]) > 1e-3)
+
+
+@pytest.mark.parametrize("bent", [1e-3, 0.1, 1.0, 10.0])
+def test_the_place_of_a_peg_is_found_however_much_the_beam_is_bent(
+    shapes: AxisShapes | HermiteShapes, bent: float
+) -> None:
+    """There (r - c).r' = 0, on the beam or beyond its ends."""
+    rng, polynomial = np.random.default_rng(7), np.zeros(20)
+    for _ in range(300):
+        B, (X, Y) = bent * _bent(rng) / 0.02, rng.uniform((-0.5, -0.5), (1.6, 0.5))
+        shapes.bend(B, B)
+        x, axis = place_of(shapes, 0.05, X, Y, B, polynomial)
+        steep = 1.0 - 0.5 * axis.slope**2
+        away = (0.05 + x + axis.u_x - X) * steep + (axis.u_y - Y) * axis.slope
+        steepness = abs(steep) + abs(axis.slope) + abs(axis.curvature)
+        assert abs(away) < 1e-12 * (1.0 + steepness) ** 2
