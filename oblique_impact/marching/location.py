@@ -96,18 +96,18 @@ def find_fall(
     """
     if fa <= 0.0:
         return a
-    wa, wb, halve = fa, fb, False  # halved where an end stays
-    # some ten steps are usual.  Where one has not halved the bracket the next one does: 200 leave 1e-30 of it
-    for _ in range(200):
+    wa, wb, slow = fa, fb, 0  # halved where an end stays
+    # some ten steps are usual.  Where four have not halved the bracket the next one does: 250 leave 1e-15 of it
+    for _ in range(250):
         if b - a <= close or fb >= low:
             break
         x, width = (a * wb - b * wa) / (wb - wa), b - a
-        if halve or not (a < x < b):
+        if slow == 4 or not (a < x < b):
             x = 0.5 * (a + b)
         fx = trial.guard_at(x, guard)
         if fx > 0.0:
             a, wa, wb = x, fx, 0.5 * wb
         else:
             b, fb, wb, wa = x, fx, fx, 0.5 * wa
-        halve = b - a > 0.5 * width
+        slow = slow + 1 if b - a > 0.5 * width and slow < 4 else 0
     return b
