@@ -96,18 +96,17 @@ def find_fall(
     """
     if fa <= 0.0:
         return a
-    wa, wb, slow = fa, fb, 0  # halved where an end stays
-    # some ten steps are usual.  Where four have not halved the bracket the next one does: 250 leave 1e-15 of it
-    for _ in range(250):
+    wa, wb = fa, fb  # halved where an end stays
+    # some ten steps are usual; where sixty are not enough the bracket is halved, and fifty more leave 1e-15 of it
+    for step in range(110):
         if b - a <= close or fb >= low:
             break
-        x, width = (a * wb - b * wa) / (wb - wa), b - a
-        if slow == 4 or not (a < x < b):
+        x = (a * wb - b * wa) / (wb - wa)
+        if step >= 60 or not (a < x < b):
             x = 0.5 * (a + b)
         fx = trial.guard_at(x, guard)
         if fx > 0.0:
             a, wa, wb = x, fx, 0.5 * wb
         else:
             b, fb, wb, wa = x, fx, fx, 0.5 * wa
-        slow = slow + 1 if b - a > 0.5 * width and slow < 4 else 0
     return b
