@@ -1,9 +1,9 @@
-"""The events of every built-in case in every scheme that takes it, held to a table while the house is redrawn.
+"""Events of every built-in case in every scheme, and the numbers of `validate`, while the house is redrawn.
 
-The table says nothing about what is right: it says what a change of the house must not change.  Each number has the
-tolerance that its own growth allows: the change of the number where the initial angle is turned by `TURN`, which is
-ten thousand times what rounding does, is a hundred tolerances.  A table ends where that is more than `LARGEST`, or where
-the kinds of events change.  ``python -m tests.test_golden`` writes it anew.
+The table says nothing about what is right.  Each number of a run has the tolerance that its own growth allows: a
+hundredth of its change where the initial angle is turned by `TURN`, which is far more than rounding does.  The rows
+of a run end where that change is more than `LARGEST`, or where the kinds of events change.  A number of `validate`
+has a hundredth of the tolerance of its check.  ``python -m tests.test_golden`` writes the table anew.
 """
 
 from __future__ import annotations
@@ -18,96 +18,97 @@ import pytest
 from oblique_impact import Scenario, simulate
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.validation import validate
 
 TABLE = Path(__file__).with_name("golden.csv")
+COLUMNS = ("run", "row", "what", "value", "tolerance")
 SCHEMES = ("event", "fixed-step", "generalized-alpha", "time-stepping")
-#: rad, and the largest change of a number under it that leaves the number worth keeping (s, N s, J)
+VALIDATE = "validate"
+#: rad, and the largest change under it of a number that is worth keeping (s, N s, J)
 TURN, LARGEST = 1e-10, 1e-6
-#: relative; below it two programs that do the same in another order differ
-ROUNDING = 1e-11
-NUMBERS = ("time", "normal_impulse", "tangential_impulse", "energy_loss")
-ENERGIES = ("initial", "final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
-COLUMNS = ("case", "scheme", "row", "kind", *NUMBERS, *(f"{name} tolerance" for name in NUMBERS))
+ROUNDING = 1e-11  # relative; another order of sums does less
+
+Rows = list[tuple[str, float]]
 
 
-def scenario_of(case: str, scheme: str) -> Scenario | None:
-    """The case by another scheme in its standard steps; None where it is refused."""
-    scenario = Scenario.builtin(case)
-    if scheme == scenario.solver.scheme:
-        return scenario
-    data = scenario.model_dump(mode="json", exclude_unset=True)
-    try:
-        return Scenario.from_dict(data | {"solver": {"scheme": scheme}})
-    except InputError:
-        return None
-
-
-def pairs() -> Iterator[tuple[str, str]]:
-    """Every built-in case with every scheme that takes it."""
+def scenarios() -> Iterator[tuple[str, Scenario]]:
+    """Yield every built-in case by every scheme that takes it; by others than its own in their standard steps."""
     for case in builtin_names():
+        scenario = Scenario.builtin(case)
         for scheme in SCHEMES:
-            if scenario_of(case, scheme) is not None:
-                yield case, scheme
+            if scheme == scenario.solver.scheme:
+                yield f"{case} {scheme}", scenario
+                continue
+            data = scenario.model_dump(mode="json", exclude_unset=True) | {"solver": {"scheme": scheme}}
+            try:
+                yield f"{case} {scheme}", Scenario.from_dict(data)
+            except InputError:  # this scheme does not take it
+                continue
 
 
-def rows_of(scenario: Scenario) -> list[tuple[str, list[float]]]:
-    """The kind of each event with its numbers; last the outcome with the end of the run and the sums of its events."""
+def rows_of(scenario: Scenario) -> Rows:
+    """The numbers of all events in turn, each with what it is; last the energies at the end."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         history = simulate(scenario)
-    rows = [
-        (f"{event.kind.value} {int(event.obstacle)} {event.state.name.lower()}", [getattr(event, n) for n in NUMBERS])
-        for event in history.events
-    ]
-    energy = history.summary["energy"]
-    end = [float(history["time"][-1]), energy["final"], energy["lost_friction"], energy["lost_impact"]]
-    return [*rows, (history.outcome.value, end)]
+    rows = []
+    for event in history.events:
+        name = f"{event.kind.value} {int(event.obstacle)} {event.state.name.lower()}"
+        for number in ("time", "normal_impulse", "tangential_impulse", "energy_loss"):
+            rows.append((f"{name} {number}", float(getattr(event, number))))
+    rows.append((f"{history.outcome.value} time", float(history["time"][-1])))
+    for number in ("final", "lost_impact", "lost_friction", "lost_damping"):
+        rows.append((f"{history.outcome.value} {number}", history.summary["energy"][number]))
+    return rows
 
 
-def table_of(case: str, scheme: str) -> Iterator[list[object]]:
-    """The rows of one run, each number with its tolerance, as far as the run can be told beforehand."""
-    scenario = scenario_of(case, scheme)
-    assert scenario is not None
+def with_tolerances(scenario: Scenario) -> Iterator[tuple[str, float, float]]:
+    """Yield the rows of a run with their tolerances, as far as the run can be told beforehand."""
     turned = [scenario.replace(initial__angle=scenario.initial.angle + turn) for turn in (TURN, -TURN)]
-    runs = [rows_of(scenario), *map(rows_of, turned)]
-    for number, (row, *others) in enumerate(zip(*runs, strict=False)):
-        kind, values = row
-        changes = [max(abs(v - w) for w in column) for v, *column in zip(values, *(o[1] for o in others), strict=True)]
-        if any(other[0] != kind for other in others) or max(changes) > LARGEST:
+    for (what, value), *others in zip(rows_of(scenario), *map(rows_of, turned), strict=False):
+        change = max(abs(other - value) for _, other in others)
+        if change > LARGEST or any(name != what for name, _ in others):
             return
-        tolerances = [f"{ROUNDING * max(1.0, abs(v)) + change / 100.0:.1e}" for v, change in zip(values, changes, strict=True)]
-        yield [case, scheme, number, kind, *map(repr, values), *tolerances]
+        yield what, value, ROUNDING * max(1.0, abs(value)) + change / 100.0
 
 
-def kept() -> dict[tuple[str, str], list[dict[str, str]]]:
-    """The rows of the table by case and scheme."""
-    found: dict[tuple[str, str], list[dict[str, str]]] = {}
+def rows_of_checks(folder: Path) -> Iterator[tuple[str, float, float]]:
+    """Yield the numbers of `validate`, each with a hundredth of the tolerance of its check."""
+    for result in validate(folder):
+        yield f"{result.id}: {result.quantity}", float(result.computed), float(result.tolerance) / 100.0
+
+
+def kept() -> dict[str, list[tuple[str, float, float]]]:
+    """The rows of the table by their runs."""
+    found: dict[str, list[tuple[str, float, float]]] = {}
     with TABLE.open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            found.setdefault((row["case"], row["scheme"]), []).append(row)
+            found.setdefault(row["run"], []).append((row["what"], float(row["value"]), float(row["tolerance"])))
     return found
 
 
-def test_every_case_and_scheme_is_in_the_table():
-    assert set(kept()) == set(pairs())
-
-
-@pytest.mark.parametrize(("case", "scheme"), sorted(kept()) if TABLE.exists() else [])
-def test_events_are_those_of_the_table(case, scheme):
-    scenario = scenario_of(case, scheme)
-    assert scenario is not None
-    found = rows_of(scenario)
-    for row in kept()[case, scheme]:
-        number = int(row["row"])
-        kind, values = found[number]
-        assert kind == row["kind"], (case, scheme, number)
-        for name, value in zip(NUMBERS, values, strict=True):
-            assert value == pytest.approx(float(row[name]), rel=0, abs=float(row[f"{name} tolerance"])), (number, name)
-
-
-if __name__ == "__main__":
+def write(folder: Path) -> None:
+    """Write the table anew."""
     with TABLE.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for case, scheme in pairs():
-            writer.writerows(table_of(case, scheme))
+        groups = {run: with_tolerances(scenario) for run, scenario in scenarios()}
+        for run, rows in (groups | {VALIDATE: rows_of_checks(folder)}).items():
+            for number, (what, value, tolerance) in enumerate(rows):
+                writer.writerow([run, number, what, repr(value), f"{tolerance:.1e}"])
+
+
+@pytest.mark.parametrize("run", [pytest.param(VALIDATE, marks=pytest.mark.slow), *dict(scenarios())])
+def test_the_house_gives_the_numbers_of_the_table(run, tmp_path):
+    expected = kept().get(run, [])
+    found = [row[:2] for row in rows_of_checks(tmp_path)] if run == VALIDATE else rows_of(dict(scenarios())[run])
+    for (what, value, tolerance), (name, number) in zip(expected, found, strict=False):
+        assert (name, number) == (what, pytest.approx(value, rel=0.0, abs=tolerance))
+    assert len(found) >= len(expected)
+
+
+if __name__ == "__main__":
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as name:
+        write(Path(name))
