@@ -1,7 +1,7 @@
 """Events of every built-in case in every scheme, and the numbers of `validate`, while the house is redrawn.
 
 The table says nothing about what is right.  Each number of a run has the tolerance that its own growth allows: a
-hundredth of its change where the initial angle is turned by `TURN`, which is far more than rounding does.  The rows
+hundredth of its change where the initial angle is turned by `TURN`, far more than rounding does.  The rows
 of a run end where that change is more than `LARGEST`, or where the kinds of events change.  A number of `validate`
 has a hundredth of the tolerance of its check.  ``python -m tests.test_golden`` writes the table anew.
 """
