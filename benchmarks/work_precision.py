@@ -1,16 +1,14 @@
-"""Work over precision on the elastic stop: this suite, Exudyn, and SciPy's solve_ivp on the same equations.
+"""Work over precision on the elastic stop: this suite, and SciPy's solve_ivp on the same equations.
 
     python benchmarks/work_precision.py [TURNS]     measures (some minutes), keeps docs/speed-precision.json, draws
 
 The motion is 1 s of the paper's beam on a stop of 1e6 N/m, without friction: two macro-collisions.  Times are
 processor seconds of marching, without imports, set-up and compiling; all solvers take turns, and medians are kept,
-because the speed of a shared machine varies.  Exudyn (extra `bench`) is set up as
-`exudyn_beam.py` says.
+because the speed of a shared machine varies.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import statistics
@@ -25,7 +23,6 @@ from oblique_impact.machine import THREADS
 # like the program: one thread, before anything loads NumPy
 os.environ.update(dict.fromkeys(THREADS, "1"))
 
-import exudyn_beam
 import numpy as np
 from matplotlib.figure import Figure
 from measuring import call_cost
@@ -65,9 +62,6 @@ class Limit(NamedTuple):
 
 #: 24 and 32 modes with their residual flexibility at a tolerance of 1e-10, which agree to 1e-7
 OURS = Limit(2.140199, 0.8653262)
-#: Exudyn's beam stretches as well: `exudyn_beam.py --limit`, and 32 elements, whose last digits still depend on
-#: the steps: 5e-6 and 1e-6 s, 10 s of computing, are 1.6e-5 later, twice these 4.1e-5
-EXUDYN = Limit(exudyn_beam.FIRST_COLLISION_IMPULSE, 0.8653500)
 
 
 class Point(NamedTuple):
@@ -148,22 +142,6 @@ def scipy(method: str, modes: int, tolerance: float) -> Point:
     return Point(f"solve_ivp, {method}", f"{modes} modes, {tolerance:g}", error(found, OURS), seconds)
 
 
-def exudyn(turns: int, name: str, configuration: exudyn_beam.Configuration) -> Point:
-    """Exudyn's solver."""
-    run = exudyn_beam.march(configuration, record=True)
-    found = exudyn_beam.impulses(run)
-    second = found.switches[found.switches > BETWEEN]
-    seconds = [exudyn_beam.march(configuration).processor for _ in range(turns)]
-    reached = error(Limit(found.first_collision, second[0] if second.size else np.inf), EXUDYN)
-    return Point(name, label_of(configuration), reached, statistics.median(seconds))
-
-
-def label_of(configuration: exudyn_beam.Configuration) -> str:
-    """Return elements and steps in words."""
-    n, h, near = configuration.elements, configuration.step, configuration.contact_step
-    return f"{n} elements, {h:g} and {near:g} s, iterations {configuration.newton_tolerances[0]:g}"
-
-
 def measure(turns: int) -> list[Point]:
     """Measure all in each turn, and say so as it comes."""
     found: dict[tuple[str, str], list[Point]] = {}
@@ -179,25 +157,6 @@ def _each() -> Iterator[Point]:
         yield ours(_SHORT, modes, 1e-2)
     for modes in (16, 20):
         yield ours(_SHORT, modes, 1e-6)
-    if importlib.util.find_spec("exudyn") is None:
-        print("Exudyn is not installed: pip install exudyn")
-    else:
-        yield exudyn(_SHORT, "Exudyn, cheapest first impulse", exudyn_beam.LUCKY)
-        # with looser iterations than these no mesh and no step reaches 1e-4
-        loose, tight, tightest = (1e-3, 1e-3), (1e-4, 1e-4), (1e-6, 1e-5)
-        base = replace(exudyn_beam.RELIABLE, windows=exudyn_beam.COLLISIONS)
-        for n, h, near, newton in (
-            (8, 3e-4, 5e-5, loose),
-            (12, 2e-4, 2e-5, loose),
-            (14, 1.5e-4, 1e-5, tight),
-            (20, 1e-4, 5e-6, tight),
-        ):
-            known = replace(base, elements=n, step=h, contact_step=near, newton_tolerances=newton)
-            yield exudyn(1, "Exudyn, contact times known", known)
-        base = replace(base, windows=(), spectral_radius=1.0)
-        for n, h, newton in ((10, 1e-4, loose), (12, 5e-5, loose), (14, 2e-5, loose), (20, 1e-5, tightest)):
-            unknown = replace(base, elements=n, step=h, contact_step=h, newton_tolerances=newton)
-            yield exudyn(1, "Exudyn, contact times unknown", unknown)
     for modes, tolerance in ((9, 1e-5), (9, 1e-7), (10, 1e-7)):
         yield scipy("DOP853", modes, tolerance)
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from oblique_impact import MechanicalSystem
 from oblique_impact.kernels.system import ContactRows
-from oblique_impact.marching.explicit import ExplicitScheme
 
 
 class Block(MechanicalSystem):
@@ -49,15 +48,3 @@ class Prescribed(MechanicalSystem):
 
     def energy(self, t, q, qd):
         return 0.5 * float(qd[0]) ** 2, 0.0, -self.acceleration * float(q[0])
-
-
-class RungeKutta(ExplicitScheme):
-    """The classical rule as a user-defined integrator."""
-
-    name, order = "test-rk4", 4
-
-    def step(self, rates, t, y, h):
-        k1 = rates(t, y)
-        k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
-        k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
-        return y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + rates(t + h, y + h * k3))

@@ -4,7 +4,6 @@
 `compare`    two histories, events aligned: a `Comparison`; `compare_all` compares several with the first
 `refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
-`small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
 `periodic_response`  steady state on a shaken base: a history of one period
 `fit`        keys of a scenario from measured data: a `FitResult`
 `reproduce`  the paper's figures and claims: a `Reproduction`
@@ -31,8 +30,6 @@ from oblique_impact.validation.studies.predictability import predictability as p
 from oblique_impact.validation.studies.quantities import quantity_table as quantity_table
 from oblique_impact.validation.studies.refinement import StudyResult as StudyResult
 from oblique_impact.validation.studies.refinement import refine as refine
-from oblique_impact.validation.studies.small_deflection import SmallDeflection as SmallDeflection
-from oblique_impact.validation.studies.small_deflection import small_deflection as small_deflection
 from oblique_impact.validation.studies.sweep import SweepResult as SweepResult
 from oblique_impact.validation.studies.sweep import sweep as sweep
 from oblique_impact.validation.suite import Result as Result

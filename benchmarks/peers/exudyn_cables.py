@@ -1,7 +1,4 @@
-"""The beam in Exudyn: ANCF cable elements on penalties, which are springs at nodes or at segments of elements.
-
-`benchmarks/exudyn_beam.py` poses the elastic stop, which both programs can have, and is tuned for speed.
-"""
+"""The beam in Exudyn: ANCF cable elements on penalties, which are springs at nodes or at segments of elements."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ pin's,
 
 A torque on the hub makes this momentum grow steadily, and what counts is the hub's own inertia less what is taken
 (c_torque).  The numbers were fitted to random loads, spins and hubs, and tried on others
-(`benchmarks/small_deflection.py`, and the page "Absolute coordinates" of the documentation).
+(the page "Absolute coordinates" of the documentation, whose numbers are kept in docs/small-deflection*.json).
 """
 
 from __future__ import annotations

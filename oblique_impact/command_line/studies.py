@@ -78,10 +78,7 @@ def refine(
     ] = False,
     study: Annotated[
         str | None,
-        typer.Option(
-            help="A shipped study: elements, steps, remedies, rigid-stop, anywhere, predictability or "
-            "small-deflection."
-        ),
+        typer.Option(help="A shipped study: elements, steps, remedies, rigid-stop, anywhere or predictability."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
@@ -103,7 +100,7 @@ def refine(
     given |= {"quantity": quantities, "within": within, "set": changes}
     if study is not None and scenario != "paper":
         raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    if predictability or study in ("predictability", "small-deflection"):
+    if predictability or study == "predictability":
         found = _without_levels(scenario, given, how)
     else:
         with counting_bar(study or "refine") as show:
@@ -123,12 +120,12 @@ def refine(
 
 
 def _without_levels(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Measure the sensitivity to the initial angle, or errors of the floating frame; returns lines.
+    """Measure the sensitivity to the initial angle; returns lines.
 
     Raises InputError for an option that does not apply.
     """
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies import predictability, shipped, small_deflection
+    from oblique_impact.validation.studies import predictability, shipped
 
     study = given["study"]
     asked, allowed = (f"--study {study}", ["study"]) if study else ("--predictability", ["predictability", "set"])
@@ -136,8 +133,6 @@ def _without_levels(scenario: str, given: dict[str, Any], how: dict[str, Any]) -
         if value and name not in allowed:
             raise InputError(f"--{name} together with {asked}: does not apply")
     with counting_bar(study or "predictability") as show:
-        if study == "small-deflection":
-            return small_deflection.lines(small_deflection.small_deflection(on_progress=show, **how))
         cases = shipped.predictability_cases() if study else Scenario.load(scenario, given["set"] or [])
         how |= {"name": study or Path(scenario).name, "on_progress": show}
         return predictability.lines(predictability.predictability(cases, **how))

@@ -58,7 +58,7 @@ class Scheme(ABC):
         return None
 
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
-        """Raise InputError if this cannot march; called before a run of a user-defined integrator."""
+        """Raise InputError if this cannot march; called before a run of a user-defined scheme."""
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
         """Entries of the state vector behind the quadratures, of a system of `size`; see `fill_extra_state`.

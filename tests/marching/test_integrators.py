@@ -9,15 +9,13 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk, ellipkinc
 
 from oblique_impact import MechanicalSystem, simulate_system
-from oblique_impact.contact.friction import ModifiedCoulomb
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.kernels.system import ContactRows
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.scenario.sections import SolverSection
 from oblique_impact.validation.small_systems import Particle
-from tests.systems import Block, Prescribed, RungeKutta
+from tests.systems import Block, Prescribed
 
 
 def test_samples_are_multiples_of_the_interval_and_the_two_sides_of_events():
@@ -76,20 +74,6 @@ def test_pendulum_between_bounces(tolerance):
     error = np.abs(history["q"].values[early, 0] - 2.0 * np.arcsin(k * cn / dn)).max()
     # a tolerance that changed nothing would show here
     assert 1e-5 * tolerance < error < max(tolerance, 1e-11)
-
-
-def test_a_user_defined_integrator_holds_its_order():
-    """A block that slides on a spring, x'' = -9 x - 0.3 9.8, under the smoothed law; the classical rule."""
-    block, centre = Block(lambda t, q, qd: (-9.0 * q[0], -9.8)), -0.3 * 9.8 / 9.0
-    end = centre + (0.1 - centre) * math.cos(0.9) + 2.0 / 3.0 * math.sin(0.9)
-    steps, errors = np.array([0.015, 0.0075, 0.00375]), []
-    for h in steps:
-        scheme = RungeKutta(SolverSection(free_step=1.0, contact_step=h))
-        start = [0.1, 0.0], [2.0, 0.0]
-        history = simulate_system(block, *start, 0.3, friction=ModifiedCoulomb(0.3), scheme=scheme)
-        errors.append(abs(float(history["slip"][-1]) - end))
-    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(RungeKutta.order, abs=0.2)
-    assert errors[-1] < 2e-10
 
 
 # Nothing lost inside a step ------------------------------------------------------------------------------------

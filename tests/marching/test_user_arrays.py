@@ -5,9 +5,6 @@ import pytest
 
 from oblique_impact import InputError, MechanicalSystem, simulate_system
 from oblique_impact.kernels.system import ContactRows
-from oblique_impact.scenario.sections import SolverSection
-from tests.refusals import refused_in_one_line
-from tests.systems import RungeKutta
 
 
 def column(values):
@@ -19,42 +16,6 @@ def column(values):
 
 def backwards(values):
     return np.array(values)[::-1].copy()[::-1]
-
-
-def integrated(returned=np.asarray, asked=np.asarray):
-    """Return q of a mass that slides and stops, by an integrator that returns and asks with other arrays."""
-
-    class Other(RungeKutta):
-        def step(self, rates, t, y, h):
-            end = super().step(lambda s, z: rates(s, asked(z)), t, y.copy(), h)
-            y[:] = np.nan  # it may work in place
-            return returned(end)
-
-    scheme = Other(SolverSection(free_step=5e-3, contact_step=5e-3))
-    return simulate_system(Puck(), [0.0, 0.0], [3.0, 0.0], 0.5, scheme=scheme)["q"]
-
-
-@pytest.mark.parametrize("view", [column, backwards, lambda y: np.asarray(y, dtype=np.longdouble), list])
-def test_what_an_integrator_hands_over_may_be_a_view_or_of_another_type(view):
-    for found in (integrated(returned=view), integrated(asked=view)):
-        np.testing.assert_array_equal(found, integrated())
-
-
-def test_an_integrator_may_return_its_own_buffer():
-    kept = np.zeros(11)  # two coordinates, two velocities, seven quadratures
-
-    def buffered(end):
-        kept[:] = end
-        return kept
-
-    np.testing.assert_array_equal(integrated(buffered), integrated())
-
-
-@pytest.mark.parametrize("wrong", [lambda y: y[:-1], lambda y: y + 0j, lambda y: y[None], lambda y: "y"])
-@pytest.mark.parametrize("where", ["returned", "asked"])
-def test_what_is_no_state_is_refused_in_one_line(wrong, where):
-    with refused_in_one_line("Other"):
-        integrated(**{where: wrong})
 
 
 class Puck(MechanicalSystem):

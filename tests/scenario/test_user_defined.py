@@ -15,10 +15,10 @@ from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.scenario.sections import SolverSection
+from oblique_impact.marching.event import EventScheme
 from tests.docs.test_commands import DOCS, blocks
 from tests.refusals import refused_in_one_line
-from tests.systems import Block, RungeKutta
+from tests.systems import Block
 
 
 @dataclass(frozen=True)
@@ -134,29 +134,6 @@ def test_an_impact_law_is_the_one_that_it_repeats():
     assert_allclose(times(simulate(PAPER, impact_law=Newton())), times(built_in), rtol=0, atol=0)
 
 
-def test_an_integrator_finds_the_events_of_the_event_scheme():
-    """From close above the slope, as fast as after the fall."""
-    near = {"initial__angle": 0.23, "initial__angular_velocity": -3.786, "end_time": 0.016}
-    scenario = PAPER.replace(**near, solver__output_interval=1e-4)
-    steps = RungeKutta(SolverSection(free_step=2e-5, contact_step=2e-6))
-    exact, own = simulate(scenario), simulate(scenario, scheme=steps)
-    assert [e.kind for e in own.events] == [e.kind for e in exact.events]
-    assert len(own.events) == 8
-    assert_allclose(times(own), times(exact), rtol=0, atol=2e-9)
-
-
-def test_an_integrator_sees_a_gap_that_closes_and_opens_within_a_step():
-    """A mass thrown over a plane just touches it between two steps: 1 um deep, for 1/40 of a step."""
-    depth, gravity = 1e-6, -9.8  # the mass is pulled away from the plane
-    speed = math.sqrt(2.0 * 9.8 * (0.1 + depth))
-    system = Block(lambda t, q, qd: (0.0, -gravity))
-    scheme = RungeKutta(SolverSection(free_step=0.04, contact_step=1e-3))
-    history = simulate_system(system, [0.0, 0.1], [0.0, -speed], 0.3, scheme=scheme)
-    first = history.events[0]
-    assert first.kind.value == "rebound"
-    assert first.time == pytest.approx((speed - math.sqrt(2.0 * 9.8 * depth)) / 9.8, abs=1e-12)
-
-
 def in_views(scenario):
     """Operators whose arrays are every other number of larger ones."""
     found = fem_beam.build_operators(scenario)
@@ -240,7 +217,7 @@ SPRING = {"contact__normal": "spring"}
 TURNED = {"root__kind": "driven"}
 NODAL = {"discretization__method": "fem", "discretization__modes": 0}
 ABSOLUTE = {"discretization__method": "absolute", **SPRING}
-STEPS = RungeKutta(SolverSection())
+STEPS = EventScheme(1e-8)
 ANYWHERE = {"contact__where": "anywhere"}
 REFUSED = {
     "wrong kind": ({"contact_law": SpinUp()}, {}, "contact_law = SpinUp(speed=4.0, period=0.5): should be a Cont"),

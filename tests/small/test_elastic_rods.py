@@ -8,16 +8,13 @@ from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.scenario.sections import SolverSection
 from oblique_impact.validation.checks.rods import BAR, bouncing_bar, strike
-from tests.systems import RungeKutta
 
 STEP = 0.2 * 0.5 / 30.0  # s; a fifth of the time of a wave through one of twenty elements
 SCHEMES = {
     "event": EventScheme(1e-7),
     "fixed-step": FixedStepScheme(STEP, STEP),
     "generalized-alpha": GeneralizedAlphaScheme(STEP, STEP, 1.0),
-    "user-defined": RungeKutta(SolverSection(free_step=STEP, contact_step=STEP)),
 }
 
 

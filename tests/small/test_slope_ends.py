@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import cos, pi, sin, sqrt
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,16 +14,14 @@ from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.validation.small_systems import Particle
 from tests.small.systems import GRAVITY, SCHEMES, completed, kinds_of, last, scheme_of
-from tests.systems import Block, RungeKutta
+from tests.systems import Block
 
 STEP = 1e-3
 #: what a scheme may be away in time (s): a fixed step notices up to a step late, generalized-alpha is second order
-LATE = {"event": 1e-9, "fixed-step": 1.01 * STEP, "generalized-alpha": 5e-6, "explicit": 1e-9}
+LATE = {"event": 1e-9, "fixed-step": 1.01 * STEP, "generalized-alpha": 5e-6}
 
 
 def scheme(name):
-    if name == "explicit":
-        return RungeKutta(SimpleNamespace(free_step=STEP, contact_step=STEP))
     return scheme_of(name, STEP)
 
 

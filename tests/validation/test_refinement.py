@@ -185,7 +185,6 @@ BAD = {
     "study and bad key": (("--study", "elements", "--set", "beam.colour=1"), "beam.colour"),
     "too many modes": (("--modes", "1,2,200"), "discretization.modes"),
     "within nothing": (("--modes", "1,2,3", "--within", "0"), "--within"),
-    "small-deflection and levels": (("--study", "small-deflection", "--modes", "1,2,3"), "does not apply"),
     "predictability and levels": (("--predictability", "--modes", "1,2,3"), "does not apply"),
 }
 

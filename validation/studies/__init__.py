@@ -8,6 +8,5 @@
 `predictability`    sensitivity to the initial angle
 `periodic`          steady state on a shaken base: period, impacts per period, stroboscopic samples
 `fitting`           keys found from measured data: `fit`
-`small_deflection`  the floating frame against the exact beam, over flexibility and spin
 `sweep`             a scenario over axes of its keys, from a TOML file; `design` of the runs; `maps` of the results
 """
