@@ -195,7 +195,8 @@ class _Cases:
         tangential = np.where(self._sticks[:, :, None], rows[:, 1], unit[:, 1] - ratios * unit[:, 0])
         self._equations = np.stack([normal, tangential], axis=2).reshape(-1, 2 * n, 2 * n)
         sizes = np.prod(np.linalg.norm(self._equations, axis=2), axis=1)
-        self._determinants = np.linalg.det(self._equations) / sizes
+        # a row of zeros, of a direction that nothing moves in, leaves a state undetermined
+        self._determinants = np.linalg.det(self._equations) / np.where(sizes > 0.0, sizes, 1.0)
 
     @property
     def are_coherent(self) -> bool:

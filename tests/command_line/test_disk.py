@@ -87,7 +87,7 @@ def test_pictures_and_exports_on_a_full_disk_end_in_one_line_and_leave_nothing(s
 def test_a_report_on_a_full_disk_ends_in_one_line_and_leaves_nothing(short, full, cli):
     code, _, err = cli("compare", short, short, "--out", full / "a.html")
     assert code == 2
-    assert err.splitlines()[-1].startswith(f"oblique-impact: --out {full / 'a.html'}: cannot be written: ")
+    assert err.splitlines()[-1].startswith(f"oblique-impact: --out {full}: cannot be written: ")
     assert list(full.iterdir()) == []
 
 

@@ -85,7 +85,7 @@ def test_one_contact_of_several_is_that_of_one_point():
     words = ["discretization.elements=8", *NEAR, "end_time=0.004"]
     words += ["contact.mu_static=0.1", "contact.mu_kinetic=0.1"]
     alone = simulate(Scenario.builtin("paper", [*EXACT, *words]))
-    several = run(*words, obstacles=())
+    several = run(*words, "contact.grid=1", obstacles=())
     assert len(alone.events) > 3
     assert [(e.time, e.kind) for e in several.events] == [(e.time, e.kind) for e in alone.events]
     assert [c.normal_impulse for c in several.contacts] == [c.normal_impulse for c in alone.contacts]
@@ -159,8 +159,8 @@ def test_a_contact_pushes_at_its_obstacle_as_its_spring_and_coulomb_say(pegs):
 
 
 def test_variables_are_those_of_modes(pegs):
-    keys = ["discretization.method=modal", "solver.scheme=event", "end_time=0.005"]
-    modes = run(*keys)
+    given = scenario("end_time=0.005").adapted(discretization__method="modal", solver__scheme="event")
+    modes = simulate(given)
     assert set(pegs) == set(modes)
     for name in modes:
         assert pegs[name].dims == modes[name].dims, name

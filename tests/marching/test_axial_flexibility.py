@@ -35,7 +35,9 @@ def defects(history: History) -> tuple[float, float, float]:
         moved = np.sum(shared * np.diff(force, axis=0), axis=1)
         for mean in (0.5 * (rate[1:, i] + rate[:-1, i]), rate[1:, i]):
             total = mean * step[:, 0] + moved
-            stuck = (state[1:, i] == 2) & (state[:-1, i] == 2)
+            # at the end of a stick that is noticed late the force is that of the edge of its cone
+            held_fast = (state[:, i] == 2) & (np.abs(force[:, i]) < 0.3 * push[:, i])
+            stuck = held_fast[1:] & held_fast[:-1]
             errors = np.where(stuck, total, 0.0)
             sums = [abs(part.sum()) for part in np.split(errors, np.flatnonzero(np.diff(stuck)) + 1)]
             held = max(held, max(sums)) if held == 0.0 else min(held, max(sums))
@@ -54,8 +56,8 @@ def located() -> History:
 )
 def test_a_contact_that_sticks_is_a_spring_of_the_stiffness_of_the_beam(scheme, step, late, unaccounted, located):
     """It sticks at first, slips at the edge of its cone, sticks again: by every scheme at the same times."""
-    keys = (*ELASTIC, f"solver.scheme={scheme}", f"solver.contact_step={step}", "solver.free_step=1e-5")
-    found = run(*keys, obstacles=PEG)
+    steps = () if scheme == "event" else (f"solver.contact_step={step}", "solver.free_step=1e-5")
+    found = run(*ELASTIC, f"solver.scheme={scheme}", *steps, obstacles=PEG)
     held, slid, stretched = defects(found)
     assert held < 2e-5 * stretched
     assert slid < 1e-9
@@ -81,7 +83,6 @@ def test_two_contacts_that_stick_share_the_axis_between_root_and_the_nearer():
 def test_the_tip_of_all_nodes_sticks_as_that_of_all_modes():
     keys = (
         "contact.axial_flexibility=true",
-        "contact.residual_flexibility=false",
         "contact.normal=spring",
         "discretization.method=fem",
         "discretization.frame=mean-axis",
@@ -89,7 +90,9 @@ def test_the_tip_of_all_nodes_sticks_as_that_of_all_modes():
         "end_time=0.322",
     )
     steps = "solver.scheme=generalized-alpha", "solver.free_step=1e-5", "solver.contact_step=1e-6"
-    modes = simulate(Scenario.builtin("paper", [*keys, "discretization.modes=16"]))
+    modes = simulate(
+        Scenario.builtin("paper", [*keys, "discretization.modes=16", "contact.residual_flexibility=false"])
+    )
     nodes = simulate(Scenario.builtin("paper", [*keys, *steps, "discretization.modes=0"]))
     assert [e.kind for e in nodes.events] == [e.kind for e in modes.events]
     assert [e.kind.value for e in modes.events].count("stick") == 4
@@ -146,7 +149,7 @@ def test_contacts_stick_in_time_stepping_too(pegs):
 
 def test_tangential_impulses_have_a_limit_where_the_beam_stretches_and_are_listed_where_not():
     """A straight beam strikes a peg: only its foreshortening yields to friction if it cannot stretch."""
-    keys = (*STEPS, "gravity=0", "beam.kelvin_voigt=1e-3", "slope.origin=[0.3, -1]", "end_time=0.04")
+    keys = (*STEPS, "gravity=0", "beam.kelvin_voigt=1e-3", "end_time=0.04")
     start, impulses = {"angle": 0.05, "angular_velocity": -2.0}, []
     for step in (2e-6, 1e-6, 5e-7):
         found = run(*keys, f"solver.contact_step={step}", f"solver.free_step={step}", obstacles=PEG, initial=start)

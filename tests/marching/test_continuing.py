@@ -68,7 +68,7 @@ PEG = {
     "initial": {"angle": 0.3, "angular_velocity": -5.0},
     "slope": {"enabled": False},
     "obstacles": [{"kind": "point", "origin": [0.6, 0.0], "stiffness": 1e4}],
-    "contact": {"where": "anywhere", "normal": "spring", "stiffness": 1e4},
+    "contact": {"where": "anywhere", "normal": "spring"},
     "discretization": {"method": "modal", "frame": "mean-axis", "modes": 3},
     "solver": {"output_interval": 1e-3},
 }

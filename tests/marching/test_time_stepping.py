@@ -143,8 +143,8 @@ def test_a_beam_that_rubs_on_a_peg_turns_its_slip_when_located_events_do():
 
 def test_no_contact_gains_energy_where_an_impact_jams():
     """On the steep rough slope of the case an impact sticks at once."""
-    keys = "contact.where=anywhere", STEPS, "solver.contact_step=1e-5", "solver.free_step=1e-5", "end_time=0.6"
-    found = built_in("sticking", *keys)
+    keys = "contact.where=anywhere", "contact.grid=1", STEPS, "solver.contact_step=1e-5", "solver.free_step=1e-5"
+    found = built_in("sticking", *keys, "end_time=0.6")
     assert found["contact_state"].values[-1, 0] == 2
     assert min(c.energy_loss for c in found.contacts) > -1e-6
     assert found.balance["lost_friction"] > 0.0

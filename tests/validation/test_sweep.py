@@ -209,17 +209,17 @@ def test_all_kinds_of_keys_are_columns_and_histories_are_kept_by_number(tmp_path
         histories = true
         changes.end_time = 0.01
         [table]
-        keys = ["contact.enabled", "contact.friction", "discretization.method", "slope.origin", "beam.area"]
+        keys = ["contact.enabled", "discretization.kinetics", "discretization.method", "slope.origin", "beam.area"]
         rows = [
-            [true, "hybrid", "fem", [0.3, 0.0], 3e-4],
-            [false, "frictionless", "fem", [0.4, 0.0], [[0, 3e-4], [1, 2e-4]]],
+            [true, "first-order", "fem", [0.3, 0.0], 3e-4],
+            [false, "full", "fem", [0.4, 0.0], [[0, 3e-4], [1, 2e-4]]],
         ]
         """
     )
     result = sweep(plan, tmp_path, workers=1)
     frame = pd.read_parquet(tmp_path / "results.parquet")
     assert frame["contact.enabled"].tolist() == [True, False]
-    assert frame["contact.friction"].tolist() == ["hybrid", "frictionless"]
+    assert frame["discretization.kinetics"].tolist() == ["first-order", "full"]
     assert json.loads(frame["slope.origin"][1]) == [0.4, 0.0]
     assert [json.loads(text) for text in frame["beam.area"]] == [3e-4, [[0.0, 3e-4], [1.0, 2e-4]]]
     assert sorted(p.name for p in (tmp_path / "histories").iterdir()) == ["000001", "000002"]
