@@ -128,7 +128,7 @@ class History:
         return self.__dict__
 
     def __repr__(self) -> str:
-        """Describe the run in a few lines, and its warnings in one each."""
+        """Describe the run in a few lines, and its warnings and the defaults that it took in one each."""
         return "\n".join(_describe(self))
 
     def _repr_html_(self) -> str:
@@ -138,7 +138,9 @@ class History:
         lines = "<br>".join(escape(line) for line in _describe(self)[:4])
         found = DataFrame(self.macro_collisions).rename(columns=_OF_COLLISIONS)
         table = found.to_html(index=False, float_format="{:.6g}".format) if self.macro_collisions else ""
-        warned = "".join(f"<li>warning: {escape(text)}</li>" for text in self.summary.get("warnings", ()))
+        remarks = [f"note: {text}" for text in _notes(self)]
+        remarks += [f"warning: {text}" for text in self.summary.get("warnings", ())]
+        warned = "".join(f"<li>{escape(text)}</li>" for text in remarks)
         return f"<div>{lines}{table}{f'<ul>{warned}</ul>' if warned else ''}</div>"
 
     @property
@@ -460,7 +462,13 @@ def _describe(history: History) -> list[str]:
         lines.append(f"  collision {number} {m['start']:.6f} to {m['end']:.6f} s, {contacts}, {impulse}")
     if len(history.macro_collisions) > len(shown):
         lines.append(f"  and {len(history.macro_collisions) - len(shown)} more")
+    lines += [f"  note        {text}" for text in _notes(history)]
     return lines + [f"  warning     {text}" for text in s.get("warnings", ())]
+
+
+def _notes(history: History) -> list[str]:
+    """Return lines about defaults that numbers of the run depend on."""
+    return history.scenario.taken_defaults if history.scenario else []
 
 
 def require_history(value: object, where: str) -> None:

@@ -326,6 +326,14 @@ def test_a_run_says_which_grid_it_takes(tmp_path, cli):
     assert "note:" not in cli("run", "paper", *keys, "--set", "contact.grid=1")[2]
 
 
+def test_a_history_says_which_grid_it_took():
+    keys = ["contact.where=anywhere", "end_time=1e-3"]
+    for changes, said in (([], True), (["contact.grid=1"], False)):
+        history = simulate(Scenario.builtin("paper", [*keys, *changes]))
+        for text in (repr(history), history._repr_html_()):
+            assert ("contact.grid = 16 is not given" in text) is said
+
+
 SWEEP = """
 scenario = "paper"
 quantities = ["impulse"]
