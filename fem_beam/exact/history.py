@@ -11,7 +11,7 @@ from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.clearance import smallest_distance
+from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
 from oblique_impact.contact.state import State
@@ -56,22 +56,20 @@ def simulate(
 
 
 class _Stations(NamedTuple):
-    """Matrices from nodes to values and slopes at output stations."""
+    """The matrix from nodes to values at output stations."""
 
     x: Array
     values: Array  # (stations, nodes)
-    slopes: Array
 
 
 def stations_of(beam: ExactBeam, x: Array) -> _Stations:
     """Read the elements at places x (m)."""
-    values, slopes = np.zeros((2, x.size, beam.x.size))
+    values = np.zeros((x.size, beam.x.size))
     for row, place in enumerate(x):
         e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
         nodes = np.arange(2 * e, 2 * e + 3)
-        shapes = _lagrange(beam.x[nodes])
-        values[row, nodes], slopes[row, nodes] = shapes(place), shapes.derivative(place)
-    return _Stations(x, values, slopes)
+        values[row, nodes] = _lagrange(beam.x[nodes])(place)
+    return _Stations(x, values)
 
 
 def recovery(beam: ExactBeam, x: Array, without: frozenset[int]) -> Array:
@@ -164,6 +162,11 @@ class _Frame:
             variables |= self._of_contacts()
         else:
             self.record.events = [event._replace(obstacle=0, place=0.0) for event in self.record.events]
+        if self.scenario.contact.enabled:
+            on_side = [isinstance(touching, PointOnSide) for touching in self.touchings] if self._several else []
+            on_the_face = self.scenario.contact.surface == "section"
+            directions = np.exp(1j * (self.q[:, 2::NODE] @ self.stations.values.T)) if on_the_face else None
+            variables |= clearance_along(self.scenario, self.sections, variables, directions, on_side)
         return beam_history(self.scenario, self.record, self.samples, variables, self.section_forces, wall)
 
     def _column(self, name: str) -> np.ndarray[Any, Any]:
@@ -237,23 +240,10 @@ class _Frame:
         }
 
     def _along(self) -> dict[str, Column]:
-        """Displacements along the beam, each (samples, stations), and the distance from the slope."""
+        """Displacements along the beam, and their rates, each (samples, stations)."""
         t = self.stations
         u, rate = self._displacement(t.values, t.x)
-        found: dict[str, Column] = {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
-        if self.scenario.contact.enabled:
-            places, section = _complex(self.q), None
-            if self.scenario.contact.surface == "section":
-                phi = self.q[:, 2::NODE]
-                turn = np.exp(1j * (phi @ t.values.T))
-                section = turn, 1j * (phi @ t.slopes.T) * turn
-            axis = places @ t.values.T, places @ t.slopes.T
-            found["clearance"], found["clearance_at"], obstacle = smallest_distance(
-                self.scenario, t.x, axis, section
-            )
-            if self._several:
-                found["clearance_obstacle"] = obstacle
-        return found
+        return {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
 
     def section_forces(self) -> dict[str, Column]:
         """Section forces and bending stress, each (samples, stations), of samples at stations."""

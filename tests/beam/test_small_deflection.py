@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.small_deflection import (
+from oblique_impact.beam.validity.small_deflection import (
     NOTICEABLE,
     Motion,
     contact_force_error,

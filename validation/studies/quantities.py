@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.integrate import simpson
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
+from oblique_impact.beam.validity.small_deflection import contact_force_error, deflection_error, largest_motion
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
@@ -304,7 +304,7 @@ def _mean_spin(history: History, sample: int) -> float:
 
 
 def _model_error(history: History) -> float:
-    """Estimate of :mod:`oblique_impact.beam.small_deflection`."""
+    """Estimate of :mod:`oblique_impact.beam.validity.small_deflection`."""
     scenario = history.scenario
     if scenario is None or scenario.is_absolute:
         raise GapError("only for the small-deflection model of the floating frame")
