@@ -59,7 +59,7 @@ def test_operators_are_kept_for_equal_beams_alone(change):
 @pytest.mark.parametrize("method", ["modal", "fem"])
 def test_the_cross_sections_of_a_beam_are_made_once(method):
     """Whatever else is in the scenario: operators hold those that everyone else is given."""
-    scenario = Scenario().replace(discretization__method=method, discretization__elements=8)
+    scenario = Scenario().replace(discretization__method=method)
     sections = build_operators(scenario).sections
     assert Sections.from_scenario(scenario.replace(end_time=0.5, gravity=1.6)) is sections
     assert Sections.from_scenario(scenario.replace(beam__density=3000.0)).mass == pytest.approx(

@@ -20,8 +20,8 @@ def energy_warnings(
     """Return warnings about energy lost to the integration scheme, and about unaccounted energy.
 
     `energy` is a :class:`~oblique_impact.history.summary.Ledger` as a dictionary, `largest_kinetic` the largest
-    kinetic energy of the run (J), `largest_parts` its largest sum of absolute kinetic, elastic and gravity energies
-    (J), `scheme` the name of the scheme.
+    kinetic energy of the run (J), `largest_parts` its largest sum of absolute kinetic, elastic and gravity
+    energies (J), `scheme` the name of the scheme.
     """
     losses = sum(abs(value) for name, value in energy.items() if name.startswith("lost_"))
     rounding = ROUNDING * largest_parts  # in the total these may cancel, their rounding does not
