@@ -70,7 +70,7 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
     A history has them in its contact forces, also where the beam is pressed past a point.
     """
     found = list[ContactPlace]()
-    axis = _Axis(beam, start)
+    axis = _BentAxis(beam, start)
     for i, place in enumerate(beam.contact_places):
         if place.on_side:
             found.append(place)
@@ -102,7 +102,7 @@ def _side_in(history: History, contact: int) -> float:
     return max(tangents, key=lambda side: (tangents[side] / ahead).real)
 
 
-class _Axis:
+class _BentAxis:
     """The bent axis in a state [theta, B] (n + 1,)."""
 
     def __init__(self, beam: Beam, q: Array) -> None:

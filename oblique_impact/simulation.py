@@ -14,6 +14,7 @@ from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.validity.integration import ambiguity_warnings
+from oblique_impact.beam_problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.contact.friction import Coulomb, FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
@@ -29,14 +30,13 @@ from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.several import run_of
 from oblique_impact.marching.stepped import SteppedRun
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
-from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
+from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
 ProgressCallback = Callable[[Status], None]
@@ -61,10 +61,10 @@ def simulate(
     scenario : Scenario
         What to simulate.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
+        Called with a :class:`~oblique_impact.progress.Status` several times per run.
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
-        :class:`~oblique_impact.problem.Parts`.
+        :class:`~oblique_impact.beam_problem.Parts`.
     initial_state : History or pair of ndarray, shape (coordinate,), optional
         In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end
         the run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
@@ -180,12 +180,12 @@ def simulate_system(
         without friction, on a rigid stop.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
-        :func:`~oblique_impact.problem.system_scales`.
+        :func:`~oblique_impact.beam_problem.system_scales`.
     breakpoints : tuple of float
         Times (s) at which the forces are not smooth; steps end there.
     macro_gap : float
-        Contacts less than this apart (s) are one macro-collision; by default each contact is one, because a system
-        without a beam has no period to compare with.
+        Clustering time: contacts less than this apart (s) are one macro-collision; by default each contact is one,
+        because a system without a beam has no period to compare with.
 
     Returns
     -------

@@ -279,7 +279,7 @@ class Beam:
         clamped = self.scenario.discretization.frame == "tangent"
         return float(residual_flexibility(self.operators, clamped, place)[0, 0])
 
-    def yielding(self) -> Flexibility:
+    def flexibility_of_places(self) -> Flexibility:
         """Return the residual flexibility of all places that can touch, for those without inertia.
 
         Obstacle points have the place at which they meet the straight beam.

@@ -8,8 +8,8 @@ import pytest
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.validity.limits import friction_warnings, impact_warnings, unconverged_results
+from oblique_impact.beam_problem import beam_of
 from oblique_impact.command_line.run import summary_lines
-from oblique_impact.problem import beam_of
 
 DAMPED = "beam.kelvin_voigt=1e-5"
 SPRING = "contact.normal=spring"

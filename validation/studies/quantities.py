@@ -14,12 +14,12 @@ from scipy.integrate import simpson
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.validity.small_deflection import contact_force_error, deflection_error, largest_motion
+from oblique_impact.beam_problem import beam_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import RATES, value_at
 from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, SECTION_FORCES
-from oblique_impact.problem import beam_of
 from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.scenario.scenario import Scenario
 
