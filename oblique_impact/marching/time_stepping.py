@@ -261,7 +261,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
 
 
 @jitable
-def _settle(
+def _keep_out(
     stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int
 ) -> int:
     """Keep the end of a step out of all obstacles by impulses; the number of contacts in the problem, or -1."""
@@ -328,7 +328,7 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
-            m = _settle(stepper, m, middle, h, x, y, e.rank_one, slot)
+            m = _keep_out(stepper, m, middle, h, x, y, e.rank_one, slot)
         if m < 0:
             return SteppingSolution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
@@ -412,7 +412,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             own = QUADRATURES + OF_A_CONTACT * i
             after[own + HELD] = 0.5 * flexibility.pressed[i] * flexibility.displaced[i]
     if stepper.massless:
-        stepper.system.settle(s.at[d : 2 * d], v1)
+        stepper.system.set_massless(s.at[d : 2 * d], v1)
     for j in range(d):
         after[tail + j] = (v1[j] - v0[j]) / h
 

@@ -260,7 +260,7 @@ class Scenario(Section):
     def obstacle_points(self) -> list[ObstaclePoint]:
         """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``.
 
-        A side with a bedding has no corners: a bed yields to a point.
+        A side with a bedding has no corners: a bed gives way to a point.
         """
         if self.contact.where == "point":
             return []

@@ -11,7 +11,7 @@ differences as well; there damping of any kind takes the wave packets away.  On 
 not: under 0.5 % of critical by mass or 0.2 % by mode the paper's beam on 1e8 N/m is about as sensitive as without.
 
 Time-stepping gives the impacts friction.  Where it acts along a beam that cannot stretch nothing but its
-foreshortening yields to it, and its impulses have no limit as steps are made shorter.
+foreshortening gives way to it, and its impulses have no limit as steps are made shorter.
 """
 
 from __future__ import annotations
