@@ -81,7 +81,7 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
             side = float(np.sign(height))
         if history is not None:
             side = _side_in(history, i) or side
-        depth = beam.scenario.beam.fibre_distance(at) if beam.scenario.contact.surface == "section" else 0.0
+        depth = beam.scenario.half_depth_at(at)
         found.append(place._replace(numbers=(x, y, place.radius + depth, depth, side, spare)))
     return found
 

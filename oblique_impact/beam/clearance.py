@@ -62,7 +62,7 @@ def clearance_along(
     depth = 0.0 if directions is None else sections.fibre_distance(x)
     found = list[tuple[int, Array, Array]]()
     for side in scenario.sides:
-        facing = -np.copysign(1.0, np.cos(scenario.initial.angle - side.angle))
+        facing = side.facing(scenario.initial.angle)
         face = axis if directions is None else axis + 1j * facing * depth * directions
         height, along = side.offsets
         z = np.exp(-1j * side.angle) * face - (along + 1j * height)
