@@ -43,7 +43,7 @@ class Place(NamedTuple):
     point: complex  # m, where the beam touches
 
 
-#: values at both ends of a step
+# values at both ends of a step
 Pair = tuple[float, float]
 
 
