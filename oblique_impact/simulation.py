@@ -184,8 +184,8 @@ def simulate_system(
     breakpoints : tuple of float
         Times (s) at which the forces are not smooth; steps end there.
     macro_gap : float
-        Clustering time: contacts less than this apart (s) are one macro-collision; by default each contact is one,
-        because a system without a beam has no period to compare with.
+        Contacts less than this apart (s) are one macro-collision; by default each contact is one, because a system
+        without a beam has no period to compare with.
 
     Returns
     -------

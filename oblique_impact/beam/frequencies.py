@@ -164,7 +164,7 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
 
 
 def macro_gap(scenario: Scenario) -> float:
-    """Return the clustering time (s): contacts that follow each other faster belong to one macro-collision.
+    """Return the time (s) below which contacts that follow each other belong to one macro-collision.
 
     It is the longer of two periods of the lowest elastic mode, in which the beam strikes again because it
     vibrates, and a tenth of sqrt(length/gravity), in which one too stiff to vibrate bounces until it rests.  Both

@@ -169,7 +169,7 @@ class History:
 
     @property
     def macro_gap(self) -> float:
-        """Clustering time of contacts (s): those less than this apart are one macro-collision."""
+        """Contacts less than this apart (s) are one macro-collision."""
         return float(self.summary["macro_gap"])
 
     @property
