@@ -26,8 +26,8 @@ import work_precision
 from measuring import call_cost, median_ratio, print_table, process_cost, write_csv
 
 from oblique_impact import Scenario
+from oblique_impact.beam_problem import beam_of, beam_problem
 from oblique_impact.marching.loop import Run
-from oblique_impact.problem import beam_of, beam_problem
 from oblique_impact.scenario.scenario import builtin_names
 
 STORE = Path(__file__).parents[1] / "docs" / "speed.csv"

@@ -14,8 +14,8 @@ from functools import partial
 from measuring import call_cost, median_ratio
 
 from oblique_impact import Scenario
+from oblique_impact.beam_problem import beam_of, beam_problem
 from oblique_impact.marching.stepped import SteppedRun
-from oblique_impact.problem import beam_of, beam_problem
 
 STEPS = 2_000
 STEP = 5e-6  # s

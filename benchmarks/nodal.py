@@ -11,8 +11,8 @@ import sys
 from measuring import call_cost, print_table
 
 from oblique_impact import Scenario
+from oblique_impact.beam_problem import beam_of, beam_problem
 from oblique_impact.marching.loop import Problem, Run
-from oblique_impact.problem import beam_of, beam_problem
 
 NODAL = (
     "contact.normal=spring",

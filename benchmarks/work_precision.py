@@ -29,13 +29,13 @@ from measuring import call_cost
 from scipy.integrate import solve_ivp
 
 from oblique_impact import Scenario
+from oblique_impact.beam_problem import Problem, beam_of, beam_problem
 from oblique_impact.contact.state import Phase
 from oblique_impact.kernels.jit import kernel
 from oblique_impact.kernels.workspace import Workspace
 from oblique_impact.marching.equations import NORMAL_IMPULSE, QUADRATURES, derivative
 from oblique_impact.marching.loop import Run
 from oblique_impact.marching.probe import Probe
-from oblique_impact.problem import Problem, beam_of, beam_problem
 from oblique_impact.renders.style import PAGE, figure_style
 
 DOCS = Path(__file__).parents[1] / "docs"

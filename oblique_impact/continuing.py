@@ -70,7 +70,7 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
     A history has them in its contact forces, also where the beam is pressed past a point.
     """
     found = list[ContactPlace]()
-    axis = _Axis(beam, start)
+    axis = _BentAxis(beam, start)
     for i, place in enumerate(beam.contact_places):
         if place.on_side:
             found.append(place)
@@ -81,7 +81,7 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
             side = float(np.sign(height))
         if history is not None:
             side = _side_in(history, i) or side
-        depth = beam.scenario.beam.fibre_distance(at) if beam.scenario.contact.surface == "section" else 0.0
+        depth = beam.scenario.half_depth_at(at)
         found.append(place._replace(numbers=(x, y, place.radius + depth, depth, side, spare)))
     return found
 
@@ -102,7 +102,7 @@ def _side_in(history: History, contact: int) -> float:
     return max(tangents, key=lambda side: (tangents[side] / ahead).real)
 
 
-class _Axis:
+class _BentAxis:
     """The bent axis in a state [theta, B] (n + 1,)."""
 
     def __init__(self, beam: Beam, q: Array) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,10 +12,9 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.convergence import ALL, convergence_warnings, impacts_magnify, truncation_warnings
-from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
-from oblique_impact.beam.small_deflection import deflection_warnings
+from oblique_impact.beam.validity.integration import ambiguity_warnings
+from oblique_impact.beam_problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.contact.friction import Coulomb, FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
@@ -25,20 +24,19 @@ from oblique_impact.continuing import as_lists, begin_at
 from oblique_impact.errors import InputError, Interrupted, Outcome, SimulationWarning
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.samples import beam_variables, gather, section_forces
-from oblique_impact.history.summary import ambiguity_warnings, macro_collisions, summarize
+from oblique_impact.history.summary import summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.records import Contact, Record
+from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.several import run_of
 from oblique_impact.marching.stepped import SteppedRun
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
-from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
+from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
 ProgressCallback = Callable[[Status], None]
@@ -63,10 +61,10 @@ def simulate(
     scenario : Scenario
         What to simulate.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
+        Called with a :class:`~oblique_impact.progress.Status` several times per run.
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
-        :class:`~oblique_impact.problem.Parts`.
+        :class:`~oblique_impact.beam_problem.Parts`.
     initial_state : History or pair of ndarray, shape (coordinate,), optional
         In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end
         the run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
@@ -127,16 +125,8 @@ def compute_history(
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
         variables = beam_variables(beam, samples)
-        contacts = _contacts_in_a_row(scenario, record.contacts)
-        warnings = [
-            *deflection_warnings(beam, variables),
-            *convergence_warnings(beam, contacts),
-            *truncation_warnings(beam, variables),
-        ]
         forces = partial(section_forces, beam, samples, variables)
-        history = beam_history(scenario, record, samples, variables, forces, wall, warnings)
-        if impacts_magnify(beam, contacts):
-            history.summary["without_limit"] = list(ALL)
+        history = beam_history(scenario, record, samples, variables, forces, wall, beam)
     given: dict[str, Any] = {name: repr(part) for name, part in parts.given().items()}
     if initial_state is not None:
         given["initial_state"] = as_lists(initial_state)
@@ -190,7 +180,7 @@ def simulate_system(
         without friction, on a rigid stop.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
-        :func:`~oblique_impact.problem.system_scales`.
+        :func:`~oblique_impact.beam_problem.system_scales`.
     breakpoints : tuple of float
         Times (s) at which the forces are not smooth; steps end there.
     macro_gap : float
@@ -289,28 +279,6 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
         steps = isinstance(problem.scheme, TimeSteppingScheme)
         record = (SteppedRun if steps else run_of)(problem, on_progress).execute()
         return record, marching.seconds
-
-
-def _contacts_in_a_row(scenario: Scenario, contacts: Sequence[Contact]) -> list[int]:
-    """Return how often stops are met in each macro-collision, at most as often as in a period of the base.
-
-    Places of the beam that touch an obstacle at once meet it once.  Of a steady state on a shaken base all
-    contacts may be one macro-collision, which has no end.
-    """
-    met = dict[int, list[Contact]]()
-    for contact in sorted(contacts, key=lambda contact: contact.start):
-        of = met.setdefault(contact.obstacle, [])
-        if of and contact.start < of[-1].end:
-            of[-1] = of[-1]._replace(end=max(of[-1].end, contact.end))
-        else:
-            of.append(contact)
-    meetings = [contact for of in met.values() for contact in of]
-    base, starts, most = scenario.base, np.sort([contact.start for contact in meetings]), len(meetings)
-    frequencies = base.frequency, base.frequency + base.sweep_rate * scenario.end_time
-    slowest = min(map(abs, frequencies)) if frequencies[0] * frequencies[1] > 0.0 else 0.0
-    if base.is_shaken and not base.table and slowest > 0.0:
-        most = int(np.max(np.searchsorted(starts, starts + 1.0 / slowest) - np.arange(most), initial=0))
-    return [min(c.contacts, most) for c in macro_collisions(meetings, macro_gap(scenario))]
 
 
 def _unless_interrupted(history: History) -> History:

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam_problem import contact_law_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.history.variables import SECTION_FORCES
-from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
 from oblique_impact.scenario.obstacles import ObstaclePoint
 

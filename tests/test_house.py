@@ -17,7 +17,7 @@ LAYERS = (
     {"contact"},
     {"beam"},
     {"marching"},
-    {"history", "problem"},
+    {"history", "beam_problem"},
     {"modal", "fem_beam", "simulation"},
     {"renders", "api"},
     {"validation"},
@@ -52,6 +52,15 @@ def loaded(file: Path) -> Iterator[str]:
             todo += ast.iter_child_nodes(node)
 
 
+def imported(file: Path) -> Iterator[str]:
+    """Names that a module imports anywhere in it."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
 def test_imports_run_downwards():
     layer = {package: number for number, packages in enumerate(LAYERS) for package in packages}
     wrong = []
@@ -63,6 +72,20 @@ def test_imports_run_downwards():
                 other = rest.partition(".")[0]
                 if package == "oblique_impact" and other in layer and other != own:
                     wrong += [f"{module} imports {name}"] * (layer[other] >= layer[own])
+    assert wrong == []
+
+
+#: read the orders of schemes
+ORDERS = {"ladders", "refinement", "shipped"}
+
+
+def test_validation_works_from_histories():
+    """Only checks try schemes: on small systems, which they march by `simulate_system`, and for their orders."""
+    wrong = []
+    for module, file in modules().items():
+        package, _, rest = module.removeprefix("oblique_impact.").partition(".")
+        if package == "validation" and not rest.startswith("checks") and file.stem not in ORDERS:
+            wrong += [f"{module} imports {name}" for name in imported(file) if ".marching." in name]
     assert wrong == []
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from oblique_impact.beam.validity.integration import ROUNDING
 from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
-from oblique_impact.history.summary import ROUNDING
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.messages import counted
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events

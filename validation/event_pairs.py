@@ -7,7 +7,7 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 import pandas as pd
 
-from oblique_impact.marching.records import Event
+from oblique_impact.history.events import Event
 
 
 def pair_events(left: Sequence[Event], right: Sequence[Event], max_shift: float = np.inf) -> pd.DataFrame:

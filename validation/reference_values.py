@@ -1,4 +1,4 @@
-"""Reference values of closed forms, published benchmarks and other programs, with their sources.
+"""ReferenceValue values of closed forms, published benchmarks and other programs, with their sources.
 
 The table is `reference_values.toml`; all is in SI units but the frequencies of its items 1 and 2.
 """
@@ -10,17 +10,17 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 
-class Reference(NamedTuple):
+class ReferenceValue(NamedTuple):
     """One reference: its value(s) and where they come from."""
 
     value: Any
     source: str
 
 
-def _reference(source: str, **values: Any) -> Reference:
+def _reference(source: str, **values: Any) -> ReferenceValue:
     if "pairs" in values:
-        return Reference(dict(values["pairs"]), source)
-    return Reference(values.get("value", values), source)
+        return ReferenceValue(dict(values["pairs"]), source)
+    return ReferenceValue(values.get("value", values), source)
 
 
 _TABLE = tomllib.loads(files("oblique_impact.validation").joinpath("reference_values.toml").read_text("utf-8"))

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.state import Instant
 from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.events import Event
 from oblique_impact.history.history import History
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.kernels.workspace import Workspace
-from oblique_impact.marching.records import Event
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
-from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
+from oblique_impact.validation.checks.registry import Check, CheckGroup, Evidence, all_checks
 from oblique_impact.validation.report import (
     Block,
     Cell,
@@ -202,9 +202,9 @@ def _report(
     )
 
 
-def _groups(results: Sequence[Result]) -> dict[Group, list[Result]]:
+def _groups(results: Sequence[Result]) -> dict[CheckGroup, list[Result]]:
     """Return the measurements of each group."""
-    found: dict[Group, list[Result]] = {}
+    found: dict[CheckGroup, list[Result]] = {}
     for result in results:
         found.setdefault(all_checks()[result.check].group, []).append(result)
     return found

@@ -13,10 +13,10 @@ from __future__ import annotations
 from typing import NoReturn
 
 from oblique_impact.errors import InputError
-from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
-from oblique_impact.fem_beam.exact.history import simulate
-from oblique_impact.fem_beam.exact.run import exact_problem
-from oblique_impact.fem_beam.exact.sections import ElasticSections
+from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
+from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
+from oblique_impact.fem_beam.exact.exact_history import simulate
+from oblique_impact.fem_beam.exact.exact_run import exact_problem
 from oblique_impact.fem_beam.exact.step import advance, equilibrium
 from oblique_impact.scenario.scenario import Scenario
 

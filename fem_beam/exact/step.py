@@ -5,7 +5,7 @@ A step of the length h from (q0, v0) to (q1, v1) is the mid-point rule for the i
     M (v1 - v0)/h = f        q1 - q0 = h (v1 + v0)/2
 
 with internal forces whose work is the change of the strain energy
-(:meth:`~oblique_impact.fem_beam.exact.beam.ExactBeam.step_forces`), so that
+(:meth:`~oblique_impact.fem_beam.exact.exact_beam.ExactBeam.step_forces`), so that
 
     T(v1) + V(q1) - T(v0) - V(q0) = work of the other forces on q1 - q0
 
@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage, solve
-from oblique_impact.fem_beam.exact.sections import Array
-from oblique_impact.fem_beam.exact.stop import Contact
+from oblique_impact.fem_beam.exact.elastic_sections import Array
+from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage, solve
+from oblique_impact.fem_beam.exact.stop import ClosedContact
 
 #: Newton's iterations of a step; it takes two or three
 MOST_ITERATIONS = 12
@@ -37,7 +37,7 @@ class NotConvergedError(ArithmeticError):
     """Newton's iterations did not converge."""
 
 
-class Step(NamedTuple):
+class SolvedStep(NamedTuple):
     """Result of a step."""
 
     stage: Stage  # at its end
@@ -57,9 +57,9 @@ def advance(
     *,
     held: Array,
     viscosity: float = 0.0,
-    contacts: Sequence[Contact] = (),
+    contacts: Sequence[ClosedContact] = (),
     tolerance: float = CONVERGED,
-) -> Step:
+) -> SolvedStep:
     """Return the step of the given length (s).
 
     Parameters
@@ -76,7 +76,7 @@ def advance(
         Values at the end of the step of the first unknowns, which are prescribed.
     viscosity : float
         Kelvin-Voigt damping (s).
-    contacts : sequence of Contact
+    contacts : sequence of ClosedContact
         Closed contacts with elastic obstacles.
     tolerance : float
         Increment at which the iterations end, relative to the length and to 1 rad.
@@ -110,14 +110,14 @@ def advance(
             stage = Stage(q0 + move, 2.0 / length * move - v0)
             outer = outer + sum(r * contact.tangential for r, contact in zip(reactions, pushed, strict=True))
             on_held = (inertia * (beam.M @ (move - length * v0)) + internal.forces - outer)[:count]
-            return Step(stage, reactions, keeping, on_held, tuple(increments))
+            return SolvedStep(stage, reactions, keeping, on_held, tuple(increments))
     raise NotConvergedError(f"increments {', '.join(f'{i:.1e}' for i in increments)}")
 
 
 class _Pushed:
     """A contact in an iteration: its rows (3 n,) of gap and slip, its load (3 n,) and direction (3 n,)."""
 
-    def __init__(self, contact: Contact, q0: Array, q1: Array, length: float) -> None:
+    def __init__(self, contact: ClosedContact, q0: Array, q1: Array, length: float) -> None:
         gaps, slips, self.normal, self.tangential = contact.touching.rows(q0, q1)
         force, self.rate = contact.normal_force(gaps, slips, length)
         self.direction = self.normal + contact.friction * self.tangential if contact.friction else self.normal

@@ -2,9 +2,9 @@
 
 In a plane a point of one body touches a side of the other:
 
-`PointOnSide`  a node of the beam, or a place in its section, on a straight side
+`NodeOnSide`  a node of the beam, or a place in its section, on a straight side
 `PointOnBeam`  a point fixed in space, a peg or a corner, at a place of the beam that slides along it
-`Contact`      one that is closed, with its spring and its friction
+`ClosedContact` one that is closed, with its spring and its friction
 
 Points are complex numbers here, x + i y (m), and so are vectors.  In absolute coordinates gap and slip are
 components of a difference of places: nothing of the beam's shape enters.
@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam, Stage, divided_difference
-from oblique_impact.fem_beam.exact.sections import Array
+from oblique_impact.fem_beam.exact.elastic_sections import Array
+from oblique_impact.fem_beam.exact.exact_beam import NODE, Complex, ExactBeam, Stage, divided_difference
 
 #: of half an element, the last step of the iterations for a place: a few units of rounding
 _PLACED = 2e-15
@@ -43,7 +43,7 @@ class Place(NamedTuple):
     point: complex  # m, where the beam touches
 
 
-#: values at both ends of a step
+# values at both ends of a step
 Pair = tuple[float, float]
 
 
@@ -93,7 +93,7 @@ class Touching(ABC):
 
 
 @dataclass(frozen=True)
-class PointOnSide(Touching):
+class NodeOnSide(Touching):
     """A point of the beam on a straight side, whose free side is on its left."""
 
     node: int
@@ -270,7 +270,7 @@ class PointOnBeam(Touching):
 
 
 @dataclass(frozen=True)
-class Contact:
+class ClosedContact:
     """A closed contact within a step: spring, and friction against the slip, or none because the point sticks.
 
     The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With means of

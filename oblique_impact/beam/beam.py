@@ -47,18 +47,11 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
     `foreshortening` is 0 where terms of second order are left out.
     """
     s, found = scenario, list[ContactPlace]()
-
-    def half_depth(x: float) -> float:
-        """Distance (m) at x of the face that touches from the axis."""
-        return s.beam.fibre_distance(x) if s.contact.surface == "section" else 0.0
-
     length, reach = s.beam.length, s.root.hub_radius
     for side in s.sides:
-        (x, y), c, sine = side.origin, np.cos(side.angle), np.sin(side.angle)
-        facing = -np.copysign(1.0, np.cos(s.initial.angle - side.angle))
         for place in s.beam_points:
-            fibre = facing * half_depth(place)
-            numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, foreshortening * fibre
+            fibre = side.facing(s.initial.angle) * s.half_depth_at(place)
+            numbers = place, side.angle, *side.offsets, fibre, foreshortening * fibre
             cell = s.cell_on(side, place)
             stiffness = side.bedding * sum(cell) if side.bedding else side.stiffness
             extent = side.lengthened(cell).extent
@@ -66,7 +59,7 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
     for point in s.obstacle_points:
         across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
         along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
-        depth = half_depth(float(np.clip(along, 0.0, length)))
+        depth = s.half_depth_at(float(np.clip(along, 0.0, length)))
         numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
         found.append(ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius))
     return found
@@ -279,7 +272,7 @@ class Beam:
         clamped = self.scenario.discretization.frame == "tangent"
         return float(residual_flexibility(self.operators, clamped, place)[0, 0])
 
-    def yielding(self) -> Flexibility:
+    def flexibility_of_places(self) -> Flexibility:
         """Return the residual flexibility of all places that can touch, for those without inertia.
 
         Obstacle points have the place at which they meet the straight beam.

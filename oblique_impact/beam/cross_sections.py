@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from oblique_impact.scenario.tables import Table
 
 if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.scenario.sections import BeamSection, RootSection
 
 Array = NDArray[np.float64]
 
@@ -83,27 +84,8 @@ class Sections:
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Sections:
-        """Read the beam of `scenario`."""
-        beam = scenario.beam
-        varies = beam.section.shape != "" and len(rows_of(beam.section)) > 0
-
-        def profile(name: str) -> Profile:
-            value = getattr(beam, name)
-            plain = Profile.of(value, beam.length)
-            return ShapedProfile(plain.x, plain.values, partial(value_at, beam.section, name)) if varies else plain
-
-        return cls(
-            beam.length,
-            scenario.root.hub_radius,
-            beam.density,
-            beam.youngs_modulus,
-            profile("area"),
-            profile("second_moment"),
-            beam.tip_mass,
-            profile("outer_fibre") if beam.outer_fibre else None,
-            DEGREE if varies else 1,
-            scenario.root.inertia if scenario.root.kind == "hub" else 0.0,
-        )
+        """Return the cross-sections of the beam of `scenario`: the same object for equal beams on equal roots."""
+        return _sections_of(scenario.beam, scenario.root)
 
     @property
     def kinks(self) -> Array:
@@ -188,6 +170,28 @@ class Sections:
         middle = 0.5 * (a + b)
         left, centre, right = (self.mass_per_length(s) * (self.hub_radius + s) ** power for s in (a, middle, b))
         return np.asarray((b - a) / 6.0 * (left + 4.0 * centre + right))
+
+
+@lru_cache(maxsize=8)
+def _sections_of(beam: BeamSection, root: RootSection) -> Sections:
+    varies = beam.section.shape != "" and len(rows_of(beam.section)) > 0
+
+    def profile(name: str) -> Profile:
+        plain = Profile.of(getattr(beam, name), beam.length)
+        return ShapedProfile(plain.x, plain.values, partial(value_at, beam.section, name)) if varies else plain
+
+    return Sections(
+        beam.length,
+        root.hub_radius,
+        beam.density,
+        beam.youngs_modulus,
+        profile("area"),
+        profile("second_moment"),
+        beam.tip_mass,
+        profile("outer_fibre") if beam.outer_fibre else None,
+        DEGREE if varies else 1,
+        root.inertia if root.kind == "hub" else 0.0,
+    )
 
 
 def check_numbers(sections: Sections) -> None:

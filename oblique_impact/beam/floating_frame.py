@@ -309,7 +309,7 @@ def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, 
 
 
 @jitable
-def settle_beam(model: BeamModel, mean: Array, v: Array) -> None:
+def set_massless_beam(model: BeamModel, mean: Array, v: Array) -> None:
     """Do nothing: all coordinates have inertia."""
 
 
@@ -467,7 +467,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     take_state = take_beam_state
     touch = touch_beam
     measure = measure_beam
-    settle = settle_beam
+    set_massless = set_massless_beam
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; the elastic part of the mass matrix is there once and for all."""

@@ -301,7 +301,7 @@ def _keep_means(massless: MeanVelocities | None, mean: Array, v: Array) -> None:
 
 
 @jitable
-def settle_nodal(model: NodalModel, mean: Array, v: Array) -> None:
+def set_massless_nodal(model: NodalModel, mean: Array, v: Array) -> None:
     """Give motions without inertia the velocities `mean`, which change; only for meshes without nodal inertia."""
     _keep_means(model.massless, mean, v)
 
@@ -590,7 +590,7 @@ class NodalModel(_NodalData):
     take_state = take_nodal_state
     touch = touch_nodal
     measure = measure_nodal
-    settle = settle_nodal
+    set_massless = set_massless_nodal
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; memory is linear in the degrees of freedom."""

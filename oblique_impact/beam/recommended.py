@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from oblique_impact.beam.convergence import (
+from oblique_impact.beam.cross_sections import Sections, check_numbers
+from oblique_impact.beam.validity.limits import (
     LIGHT,
     elastic_stops,
     frame_for_many_modes,
@@ -14,7 +15,6 @@ from oblique_impact.beam.convergence import (
     modes_for_stop,
     modes_to_resolve_damping,
 )
-from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 

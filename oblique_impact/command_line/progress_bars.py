@@ -15,7 +15,7 @@ from oblique_impact.progress import OnProgress
 from oblique_impact.progress import Progress as Done
 
 if TYPE_CHECKING:
-    from oblique_impact.marching.loop import Status
+    from oblique_impact.progress import Status
 
 
 @contextmanager

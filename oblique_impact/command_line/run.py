@@ -25,7 +25,7 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
-    from oblique_impact.beam.plausibility import implausible_values
+    from oblique_impact.beam.validity.plausibility import implausible_values
     from oblique_impact.command_line.progress_bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.scenario.scenario import Scenario

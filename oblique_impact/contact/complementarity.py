@@ -118,7 +118,7 @@ class Candidate(NamedTuple):
     push: float | None  # N, the normal force of a compliant stop; None of a rigid one
 
 
-class Solution(NamedTuple):
+class ContactSolution(NamedTuple):
     """Forces and accelerations of n contacts, each (n, 2): normal and tangential."""
 
     forces: Array  # N
@@ -126,7 +126,7 @@ class Solution(NamedTuple):
     several: bool = False  # whether there are other solutions, with other accelerations
 
 
-def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> Solution:
+def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> ContactSolution:
     """Solve for the forces of closed contacts, at rest or sliding.
 
     With 0 <= lambda_n, 0 <= gap'', their product 0, a contact that slides has lambda_tau = ratio lambda_n.  One at
@@ -166,7 +166,7 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
     return found
 
 
-def _differ(delassus: Array, one: Solution, other: Solution) -> bool:
+def _differ(delassus: Array, one: ContactSolution, other: ContactSolution) -> bool:
     """Whether two solutions are different motions; redundant contacts may share their forces in several ways."""
     forces = np.abs(one.forces) + np.abs(other.forces)
     size = np.abs(one.accelerations) + np.abs(other.accelerations) + np.tensordot(np.abs(delassus), forces, axes=2)
@@ -206,7 +206,7 @@ class _Cases:
         """
         return bool(np.all(self._determinants > -_DETERMINED))
 
-    def solutions(self) -> Iterator[Solution]:
+    def solutions(self) -> Iterator[ContactSolution]:
         """Yield the solutions whose states determine the forces."""
         n, chosen = len(self._candidates), np.abs(self._determinants) > _DETERMINED
         closed, ratios, sticks = self._closed[chosen], self._ratios[chosen], self._sticks[chosen]
@@ -228,10 +228,10 @@ class _Cases:
             holds = ~self._rigid | (closed[case] & (forces[case, :, 0] > small[case]))
             # what a state says is 0 is that exactly
             found[case, closed[case] & self._rigid, 0] = found[case, sticks[case], 1] = 0.0
-            yield Solution(forces[case] * holds[:, None], found[case])
+            yield ContactSolution(forces[case] * holds[:, None], found[case])
 
 
-def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> Solution | None:
+def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> ContactSolution | None:
     """Return the solution by Lemke's method, None where it ends in a ray."""
     n = len(candidates)
     normal = [i for i, c in enumerate(candidates) if c.push is None]
@@ -272,7 +272,7 @@ def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Candidate]) ->
     for b, i in enumerate(resting, start=k):
         if z[b] > 0.0 or z[b + m] > 0.0 or z[b + 2 * m] == 0.0:  # |slip''| <= s
             found[i, 1] = z[b + 2 * m] * (1.0 if z[b + m] > z[b] else -1.0)
-    return Solution(forces, found)
+    return ContactSolution(forces, found)
 
 
 def plastic_impulses(delassus: Array, rates: Array) -> Array:

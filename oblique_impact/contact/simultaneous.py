@@ -92,7 +92,7 @@ class Change:
     phases: dict[int, Phase] = field(default_factory=dict)
     events: list[tuple[int, EventKind]] = field(default_factory=list)
     impulses: dict[int, Impulse] = field(default_factory=dict)
-    arrests: dict[int, Impulse] = field(default_factory=dict)
+    stick_projections: dict[int, Impulse] = field(default_factory=dict)
     passages: list[tuple[int, AtEnd]] = field(default_factory=list)
     failure: Outcome | None = None
     #: tangential forces (N) of contacts that go on from an earlier run
@@ -106,8 +106,8 @@ class Change:
             change.events.append((contact, transition.kind))
         if transition.impulse is not None:
             change.impulses[contact] = transition.impulse
-        if transition.arrest is not None:
-            change.arrests[contact] = transition.arrest
+        if transition.stick_projection is not None:
+            change.stick_projections[contact] = transition.stick_projection
         if transition.at_end is not None:
             change.passages.append((contact, transition.at_end))
         return change
@@ -199,8 +199,8 @@ class ContactMachines:
             i, which = guard - GUARDS * len(states), SWITCHED
         own, machine = phase_of(phase, arrays, i), self.machines[i]
         others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
-        arrests = machine.axial and own.state == State.SLIP and which in (LOWER, UPPER)
-        if arrests or (self.compliant and (machine.stick_criterion or machine.axial)):
+        projects = machine.axial and own.state == State.SLIP and which in (LOWER, UPPER)
+        if projects or (self.compliant and (machine.stick_criterion or machine.axial)):
             # the scheme itself distinguishes stick from slip: transitions of others come in the next steps; and no
             # force on axial flexibility jumps, so that none of another contact follows
             seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)

@@ -82,15 +82,15 @@ class Transition(NamedTuple):
     Without an event it is a kink of the friction law, or the contact point crosses the line of the slope beyond
     its ends.
 
-    `impulse` is that of an impact.  `arrest` is the impulse of friction that ends the slip within a step; it is
-    booked with the finite forces.  `failure` names the reason why no contact state exists after the impulse; the
-    run ends there.
+    `impulse` is that of an impact.  `stick_projection` is the impulse of friction that ends the slip within a
+    step; it is booked with the finite forces.  `failure` names the reason why no contact state exists after the
+    impulse; the run ends there.
     """
 
     phase: Phase
     kind: EventKind | None
     impulse: Impulse | None = None
-    arrest: Impulse | None = None
+    stick_projection: Impulse | None = None
     failure: Outcome | None = None
     at_end: AtEnd | None = None
 
@@ -130,7 +130,7 @@ class StickCriterion(NamedTuple):
     located: bool = False  # transitions are located, and their guards say what follows
 
     @property
-    def arrests(self) -> bool:
+    def projects(self) -> bool:
         """Whether the slip velocity is set to zero when stick is detected."""
         return self.stopping_time < inf
 
@@ -251,7 +251,7 @@ class ContactMachine:
         if phase.state == State.STICK:
             return self._leave_stick(phase, guard, instant)
         if guard == SWITCHED:
-            return self._arrest(phase, instant)
+            return self._project_on_stick(phase, instant)
         kink = phase.friction.upper if guard == UPPER else phase.friction.lower
         if self.friction.static is None or self.stick_criterion or kink != 0.0:
             return self._next_branch(phase, guard, instant)
@@ -358,7 +358,7 @@ class ContactMachine:
             return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))
         if abs(rate) > self.tolerances.velocity:
             # slip that ends within a step is found at its end, unless the force alone decides (the paper)
-            if self._late is None or self._late.arrests or not self._holds(contact, instant, static):
+            if self._late is None or self._late.projects or not self._holds(contact, instant, static):
                 return self._slide_or_free(contact, instant, _direction(rate))
             return stick_at(contact, instant)
         resting = instant._replace(slip_rate=0.0)
@@ -434,20 +434,20 @@ class ContactMachine:
         branch = self.friction.branch(slip_rate, direction)
         return contact._replace(state=int(State.SLIP), friction=Branch(*map(float, branch)))
 
-    def _arrest(self, contact: Phase, instant: Instant) -> Transition:
+    def _project_on_stick(self, contact: Phase, instant: Instant) -> Transition:
         """Set the slip velocity to zero by an impulse that leaves the gap rate unchanged."""
         phase = stick_at(contact, instant)
-        if self._late is None or not self._late.arrests:
+        if self._late is None or not self._late.projects:
             return Transition(phase, EventKind.STICK)
         if self.contact_law is not None:
-            arrest = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
+            stick_projection = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
         else:
             per_rate = instant.slip_rate / (instant.a_nn * instant.a_tt - instant.a_nt * instant.a_nt)
-            arrest = impulse_of(instant, instant.a_nt * per_rate, -instant.a_nn * per_rate)
-        return Transition(phase, EventKind.STICK, arrest=arrest)
+            stick_projection = impulse_of(instant, instant.a_nt * per_rate, -instant.a_nn * per_rate)
+        return Transition(phase, EventKind.STICK, stick_projection=stick_projection)
 
     def _leave_stick(self, phase: Phase, guard: int, instant: Instant) -> Transition:
-        if self._late and self._late.arrests:
+        if self._late and self._late.projects:
             # the force that would hold it decides, not a slip velocity that is rounding or stabilization
             direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
             return Transition(self.slide(phase, 0.0, direction), EventKind.SLIP)

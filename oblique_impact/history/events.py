@@ -1,4 +1,4 @@
-"""Rows of the event log: JSON in the attributes of a history, and CSV."""
+"""Events and contacts of a history, and rows of the event log: JSON in the attributes of a history, and CSV."""
 
 from __future__ import annotations
 
@@ -10,7 +10,18 @@ from typing import Any
 
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.marching.records import Event
+from oblique_impact.marching.records import Contact, Event
+
+__all__ = [
+    "EVENT_COLUMNS",
+    "OF_CONTACTS_IN_EVENTS",
+    "Contact",
+    "Event",
+    "event_of",
+    "event_row",
+    "events_csv",
+    "numbers_of",
+]
 
 #: columns of events.csv, in SI units; other programs read the first seven in this order
 EVENT_COLUMNS = (

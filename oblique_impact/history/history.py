@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from html import escape
 from io import BytesIO
@@ -19,10 +19,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import H5NetCDFStore
 
-from oblique_impact.beam.clearance import closest, slope_warnings
-from oblique_impact.beam.convergence import unconverged_results
+from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.frequencies import macro_gap
-from oblique_impact.beam.plausibility import implausible_values
+from oblique_impact.beam.validity.run_warnings import run_warnings
 from oblique_impact.contact.state import State
 from oblique_impact.errors import FileWarning, InputError, Outcome
 from oblique_impact.files import save_all, writing
@@ -38,13 +38,7 @@ from oblique_impact.history.events import (
 )
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
-from oblique_impact.history.summary import (
-    ambiguity_warnings,
-    balance_text,
-    energy_warnings,
-    require_summary,
-    summarize,
-)
+from oblique_impact.history.summary import balance_text, require_summary, summarize
 from oblique_impact.history.variables import (
     ADDED_LATER,
     OF_A_BEAM,
@@ -403,27 +397,20 @@ def beam_history(
     variables: Mapping[str, Column],
     section_forces: Callable[[], Mapping[str, Column]],
     wall: float,
-    warnings: Sequence[str] = (),
+    beam: Beam | None = None,
 ) -> History:
     """Return the history of a beam's run: the summary has clearance and warnings too.
 
-    `section_forces` computes these; `wall` is the wall time of the marching (s); `warnings` are those of the
-    formulation, besides those of every beam.
+    `section_forces` computes these; `wall` is the wall time of the marching (s); `beam` is the model of small
+    deflections, None of the exact beam.
     """
     if scenario.contact.where == "point":
         point = scenario.contact.point
         record.contacts = [c._replace(first_place=point, last_place=point) for c in record.contacts]
     summary = summarize(record, samples, wall, macro_gap(scenario))
-    kinetic, parts = samples.kinetic, samples.kinetic + np.abs(samples.elastic) + np.abs(samples.gravity)
     summary["clearance"] = closest(variables, scenario.beam.length)
-    summary["without_limit"] = list(unconverged_results(scenario))
-    summary["warnings"] = [
-        *implausible_values(scenario),
-        *slope_warnings(scenario, variables, summary["slope_ends"]),
-        *ambiguity_warnings(record.ambiguous),
-        *warnings,
-        *energy_warnings(summary["energy"], np.max(kinetic), np.max(parts), scenario.solver.scheme),
-    ]
+    warnings, without_limit = run_warnings(scenario, record, variables, summary, beam)
+    summary |= {"without_limit": without_limit, "warnings": warnings}
     return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
-from oblique_impact.beam.clearance import beam_clearance
+from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
 from oblique_impact.contact.state import INSTANT, Instant, State
 from oblique_impact.contact.stops import elastic_stop
@@ -105,31 +105,18 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     along = displacements_along(beam, s.q, s.qd)
     found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
-        nearest = beam_clearance(beam, s.q, found["ux"], found["uy"])
-        found |= dict(zip(("clearance", "clearance_at", "clearance_obstacle"), nearest, strict=True))
-        if s.each.shape[1]:
-            _press_into_points(beam, found)
-        else:
-            del found["clearance_obstacle"]
+        on_side = [place.on_side for place in beam.contact_places] if s.each.shape[1] else []
+        found |= clearance_along(beam.scenario, beam.operators.sections, found, _directions(beam, s), on_side)
     return found
 
 
-def _press_into_points(beam: Beam, found: dict[str, Column]) -> None:
-    """Set the clearance to the gap of a closed contact with a point that is pressed in.
-
-    The distance of the axis from a point does not say on which side of it the axis is, the contact does.
-    """
-    is_point = np.array([not place.on_side for place in beam.contact_places])
-    pressed = is_point & (found["contact_state"] != State.FREE)
-    gaps = np.where(pressed, found["contact_gap"], np.inf)
-    deepest, samples = np.argmin(gaps, axis=1), np.arange(len(gaps))
-    deeper = gaps[samples, deepest] < found["clearance"]
-    for name, values in (
-        ("clearance", gaps[samples, deepest]),
-        ("clearance_at", found["contact_place"][samples, deepest]),
-        ("clearance_obstacle", found["contact_obstacle"][deepest]),
-    ):
-        found[name] = np.where(deeper, values, found[name])
+def _directions(beam: Beam, samples: Samples) -> Column | None:
+    """Directions of the sections (samples, stations), to second order; None where the axis is in contact."""
+    if beam.scenario.contact.surface == "axis":
+        return None
+    slope = np.asarray(beam.operators.stations.slopes @ samples.q[:, 1:].T).T
+    turned = 1.0 - 0.5 * beam.foreshortening * slope**2 + 1j * slope
+    return np.asarray(np.exp(1j * samples.q[:, :1]) * turned)
 
 
 def section_forces(beam: Beam, samples: Samples, variables: Mapping[str, Column]) -> dict[str, Column]:

@@ -86,7 +86,7 @@ class TouchesPlaces(Protocol):
     ) -> None:
         """S^-1 of the rows (places, 2, d) into responses of that shape: with `sides` = 1 along normals alone."""
 
-    def settle(self, mean: Array, v: Array) -> None:
+    def set_massless(self, mean: Array, v: Array) -> None:
         """Set the part of the velocities v (d,) that has no inertia to that of `mean` (d,), which may change."""
 
 

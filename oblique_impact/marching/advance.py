@@ -14,7 +14,7 @@ import numpy as np
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, OK
 from oblique_impact.kernels.jit import by_reference, compiled_protocol, inlined, jitable, kernel, vectorized
 from oblique_impact.kernels.workspace import Array, copy
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, OutputSamples, Scratch, new_sample
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, LIMIT_REACHED = 0, 1, 2
@@ -49,7 +49,7 @@ class Limits(NamedTuple):
     most_steps: int
 
 
-class Progress(NamedTuple):
+class MarchResult(NamedTuple):
     """State at which a march returned, the reason, and its costs."""
 
     reason: int
@@ -150,14 +150,14 @@ def bounded(y: Array, s: Scratch) -> bool:
 
 
 @jitable
-def keep_sample(t: float, y: Array, limits: Limits, samples: Samples) -> None:
+def keep_sample(t: float, y: Array, limits: Limits, samples: OutputSamples) -> None:
     """Keep the end of a step as a sample if one is due."""
     if t >= samples.counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.end:
         copy(y, samples.states[new_sample(t, samples)])
         samples.counts[NEXT] = int(t / limits.interval * (1.0 + 1e-12)) + 1
 
 
-#: a `Progress` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break
+#: `MarchResult` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break
 _Returned = tuple[int, int, tuple[float, float, float, int, int], int, int, int, float, float]
 
 
@@ -217,8 +217,8 @@ def _march(system: Any, stepper: Stepper, start: StepState, y: Array) -> _Return
     return advance(by_reference(stepper), start, y)
 
 
-def march(stepper: Stepper, start: StepState, y: Array) -> Progress:
+def march(stepper: Stepper, start: StepState, y: Array) -> MarchResult:
     """Call :func:`advance`, compiled if that is possible."""
     compiled = isinstance(stepper, tuple)
     found = _march(stepper.system, stepper, start, y) if compiled else advance(stepper, start, y)
-    return Progress(found[0], found[1], StepState(*found[2]), *found[3:])
+    return MarchResult(found[0], found[1], StepState(*found[2]), *found[3:])

@@ -22,7 +22,7 @@ from oblique_impact.marching.alpha_state import (
     is_backward_euler,
     keep_kinematics,
 )
-from oblique_impact.marching.alpha_step import Solution
+from oblique_impact.marching.alpha_step import StepSolution
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
     FRICTION_LOSS,
@@ -37,7 +37,7 @@ from oblique_impact.marching.equations import (
 
 
 @jitable
-def finish_step(a: Attempt, h: float, solution: Solution) -> None:
+def finish_step(a: Attempt, h: float, solution: StepSolution) -> None:
     """Complete the state after a converged step of length h: algorithmic acceleration, forces, quadratures.
 
     Forces to report are in `solution`, those at its end are kept already.

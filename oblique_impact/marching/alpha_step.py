@@ -59,7 +59,7 @@ _ALIKE = 2.0  # residuals by rounding differ by less than this factor from step 
 _FLAT, _FLAT_ITERATIONS, _FLAT_ROUNDING = 0.7, 3, 1e6
 
 
-class Solution(NamedTuple):
+class StepSolution(NamedTuple):
     """Result of a step of the scheme besides the new state vector."""
 
     status: int  # OK, the reason why there is no solution, or NOT_CONVERGED
@@ -233,7 +233,7 @@ def _solve_effective(
 
 
 @jitable
-def take_step(a: Attempt, h: float, slot: int) -> Solution:
+def take_step(a: Attempt, h: float, slot: int) -> StepSolution:
     """One step of length h into the scratch, with the effective matrix of a slot.
 
     After an impact on a damped fine mesh acceleration and force are singular, and iterations that start from them
@@ -249,7 +249,7 @@ def take_step(a: Attempt, h: float, slot: int) -> Solution:
 
 
 @jitable
-def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> Solution:
+def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> StepSolution:
     """Iterate to the end of a step, from this part of the acceleration and the forces at its start."""
     system, phase, t, s, w, iterations = a.system, a.phase, a.t, a.scratch, a.scratch.work, a.iterations
     d, y_new, v, tolerance = w.vectors.forces.shape[0], s.y_new, w.vectors, a.c.tolerance
@@ -272,7 +272,7 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
         left = _add_contacts(arrays, phase, end, w)
         if iteration == 0:
             if not system.factor_effective(t + h, q, step.velocity, step.position, w, slot, stale):
-                return Solution(MASS_NOT_POSITIVE, end, rank_one)
+                return StepSolution(MASS_NOT_POSITIVE, end, rank_one)
         else:
             # the next change is about the last one times the ratio of the residuals
             iterations.contraction[slot] = left / before if before > 0.0 else -1.0
@@ -287,12 +287,12 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
             if accurate and _largest_defect(arrays, phase, end, step.velocity) <= closed:
                 if phase.state == FREE and phase.surface.enabled:
                     end = _approach(arrays, a, t + h, end, q, qd)
-                return Solution(OK, end, rank_one)
+                return StepSolution(OK, end, rank_one)
             if not left < UNBOUNDED:
-                return Solution(NOT_CONVERGED, end, rank_one)
+                return StepSolution(NOT_CONVERGED, end, rank_one)
         status, end = _solve_effective(arrays, a, end, rank_one, slot, step)
         if status != OK:
-            return Solution(status, end, rank_one)
+            return StepSolution(status, end, rank_one)
         before = left
         change = step.velocity * np.sqrt(abs(dot(increment, residual)))
         for i in range(d):
@@ -305,5 +305,5 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
             # known well enough from the last steps; what is known fades, and is measured anew before long
             end = _approach(arrays, a, t + h, end, q, qd)
             if _largest_defect(arrays, phase, end, step.velocity) <= closed:
-                return Solution(OK, end, rank_one)
-    return Solution(NOT_CONVERGED, end, rank_one)
+                return StepSolution(OK, end, rank_one)
+    return StepSolution(NOT_CONVERGED, end, rank_one)

@@ -46,7 +46,7 @@ class GuardTable(NamedTuple):
 NEXT, KEPT = 0, 1
 
 
-class Samples(NamedTuple):
+class OutputSamples(NamedTuple):
     """Output samples of a march, at multiples of the output interval."""
 
     times: Array  # (samples,)
@@ -55,7 +55,7 @@ class Samples(NamedTuple):
 
 
 @inlined
-def new_sample(t: float, samples: Samples) -> int:
+def new_sample(t: float, samples: OutputSamples) -> int:
     """Begin the sample at a time (s); returns the row of its state, which is to be filled."""
     kept = int(samples.counts[KEPT])
     samples.times[kept] = t
@@ -71,7 +71,7 @@ class Scratch(NamedTuple):
     y_new: Array  # (ny,) end of a step
     at: Array  # (ny,) a place inside of it
     guards: GuardTable
-    samples: Samples
+    samples: OutputSamples
     scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     tolerances: Tolerances
 
@@ -92,7 +92,7 @@ def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances,
             np.zeros(columns),
             np.zeros((2, contacts)),
         ),
-        samples=Samples(np.zeros(samples), np.zeros((samples, ny)), np.zeros(2, dtype=np.int64)),
+        samples=OutputSamples(np.zeros(samples), np.zeros((samples, ny)), np.zeros(2, dtype=np.int64)),
         scales=scales,
         tolerances=tolerances,
     )

@@ -17,7 +17,7 @@ from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, refused
-from oblique_impact.marching.buffers import NEXT, NO_GUARD, Samples, Scratch, new_sample, raised
+from oblique_impact.marching.buffers import NEXT, NO_GUARD, OutputSamples, Scratch, new_sample, raised
 from oblique_impact.marching.dop853 import (
     DENSE_STAGES,
     ORDER,
@@ -68,7 +68,9 @@ def _step_factor(error: float) -> float:
 
 
 @jitable
-def _keep_samples(t: float, end: float, h: float, y: Array, F: Array, interval: float, samples: Samples) -> None:
+def _keep_samples(
+    t: float, end: float, h: float, y: Array, F: Array, interval: float, samples: OutputSamples
+) -> None:
     """Keep the output samples before `end` from the dense output of a step of length h from t."""
     while samples.counts[NEXT] * interval < end * (1.0 - 1e-14):
         time = samples.counts[NEXT] * interval

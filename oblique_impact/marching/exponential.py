@@ -30,7 +30,7 @@ from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Position, Step, refused
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, OutputSamples, Scratch, new_sample
 from oblique_impact.marching.equations import QUADRATURES, derivative
 
 #: of a step: with 16 it may be some twenty periods of the fastest mode long, and the tables stay small
@@ -354,7 +354,7 @@ def _keep_samples(
     level: int,
     here: bool,
     inside: int,
-    samples: Samples,
+    samples: OutputSamples,
 ) -> None:
     """Keep the sample at the start of a step and those inside of it."""
     first = samples.counts[NEXT]

@@ -58,7 +58,7 @@ from oblique_impact.marching.alpha_state import (
     coefficients,
     start_phase,
 )
-from oblique_impact.marching.alpha_step import CONTACT_STEP, CUT_STEP, FLIGHT_STEP, Solution, take_step
+from oblique_impact.marching.alpha_step import CONTACT_STEP, CUT_STEP, FLIGHT_STEP, StepSolution, take_step
 from oblique_impact.marching.buffers import NO_GUARD, Scratch, raised
 from oblique_impact.marching.location import cubic_dip, find_fall
 from oblique_impact.marching.scheme import Prepared, Scheme
@@ -78,7 +78,7 @@ _EULER_STEPS, _MASSLESS_STEPS = 1, 4
 class Cut(NamedTuple):
     """A step of length h (s), cut short where a guard falls, or NO_GUARD."""
 
-    solution: Solution
+    solution: StepSolution
     guard: int
     h: float
 
@@ -117,7 +117,7 @@ def _extrapolated(
 
 
 @jitable
-def _report(a: Attempt, h: float, solution: Solution) -> Solution:
+def _report(a: Attempt, h: float, solution: StepSolution) -> StepSolution:
     """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
     arrays, end = a.phase.arrays, solution.end
     take_yielding(arrays, a.phase)
@@ -125,7 +125,7 @@ def _report(a: Attempt, h: float, solution: Solution) -> Solution:
         phase = by_reference(contact_phase(arrays, a.phase, i))
         reported = _report_contact(a, phase, i, h, contact_at(arrays, solution.end, i))
         end = keep_forces(arrays, end, i, reported.normal_force, reported.tangential_force)
-    return Solution(solution.status, end, solution.rank_one)
+    return StepSolution(solution.status, end, solution.rank_one)
 
 
 @inlined
@@ -165,7 +165,7 @@ def _raised(s: Scratch, row: int, guard: int) -> float:
 
 
 @jitable
-def _retake(a: Attempt, h: float) -> Solution:
+def _retake(a: Attempt, h: float) -> StepSolution:
     """Repeat a step with another length, guards included."""
     solution = take_step(a, h, CUT_STEP)
     return _report(a, h, solution) if solution.status == OK else solution
@@ -210,7 +210,7 @@ def _first_dip(phase: Phase, s: Scratch, h: float) -> tuple[int, float]:
 
 
 @jitable
-def _cut(a: Attempt, solution: Solution) -> Cut:
+def _cut(a: Attempt, solution: StepSolution) -> Cut:
     """Cut the step just taken where the first guard falls; the new state is then that of the shorter step.
 
     Guards of the motion are located by steps of other lengths; those of a force fall on the line through the step.

@@ -22,7 +22,7 @@ from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import advance as base
-from oblique_impact.marching.advance import Limits, Progress, StepState, march
+from oblique_impact.marching.advance import Limits, MarchResult, StepState, march
 from oblique_impact.marching.buffers import NEXT, arm, new_scratch
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
@@ -41,6 +41,7 @@ from oblique_impact.marching.records import Contact, Event, OpenContact, Passage
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
 from oblique_impact.marching.scheme import Prepared
 from oblique_impact.marching.search import nearby
+from oblique_impact.progress import Status
 
 MAX_EVENTS = 100_000
 #: so many transitions within so much of the run are chattering
@@ -70,16 +71,6 @@ _FAILURES = {
 }
 
 
-class Status(NamedTuple):
-    """Time and state of a run, for a progress display."""
-
-    time: float
-    end_time: float
-    state: State
-    events: int
-    notice: str = ""  # a line that stays, of what is known of the run by now
-
-
 class _Mark(NamedTuple):
     """A run where its books agree with its last sample, or with the state that a transition begins with."""
 
@@ -98,7 +89,7 @@ class Run:
     problem : Problem
         What to march.
     on_progress : callable, optional
-        Called with a :class:`Status` about ten times a second.
+        Called with a :class:`~oblique_impact.progress.Status` about ten times a second.
     """
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
@@ -301,18 +292,18 @@ class Run:
         before, impulse = probe.instant, transition.impulse or Impulse(0.0, 0.0, 0.0)
         if transition.impulse is not None:
             self._jump(impulse, probe)
-        if transition.arrest is not None:
-            self._jump(transition.arrest, probe)
+        if transition.stick_projection is not None:
+            self._jump(transition.stick_projection, probe)
             quadratures = self._quadratures()
-            quadratures[NORMAL_IMPULSE] += transition.arrest.normal
-            quadratures[TANGENTIAL_IMPULSE] += transition.arrest.tangential
-            quadratures[FRICTION_LOSS] += transition.arrest.energy_loss
+            quadratures[NORMAL_IMPULSE] += transition.stick_projection.normal
+            quadratures[TANGENTIAL_IMPULSE] += transition.stick_projection.tangential
+            quadratures[FRICTION_LOSS] += transition.stick_projection.energy_loss
         if transition.at_end is not None:
             self._pass_end(leaving, transition.at_end, before)
         self._phase = transition.phase
         jumps = (
             transition.impulse is not None
-            or transition.arrest is not None
+            or transition.stick_projection is not None
             or leaving.residual.tilt != self._phase.residual.tilt
         )
         after = self._probe().instant if jumps else before
@@ -436,7 +427,7 @@ class Run:
         self._store(phase, times, states, kept)
         return Instant(*found.instants[0].tolist())
 
-    def _keep(self, progress: Progress) -> None:
+    def _keep(self, progress: MarchResult) -> None:
         """Store the samples, changes and costs of a call; only those before the deflection grows too large."""
         self.record.steps += progress.steps
         self.record.rejected += progress.rejected
@@ -460,7 +451,7 @@ class Run:
     def _log_changes(self, until: float) -> None:
         """Log the changes up to a time (s) of a scheme that makes them itself; by default there are none."""
 
-    def _take_peaks(self, progress: Progress) -> None:
+    def _take_peaks(self, progress: MarchResult) -> None:
         """Take the largest force and depth of a call."""
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, progress.peak_force)

@@ -27,7 +27,7 @@ class MultiContact(NamedTuple):
     on_side: tuple[bool, ...]  # whether a point of the beam touches a side; else a fixed point touches the beam
     places: tuple[float, ...]  # m along the beam, of points of the beam
     #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
-    heirs: Mapping[int, int] | None = None
+    hand_over: Mapping[int, int] | None = None
     flexibility: Flexibility | None = None  # across a beam in modes, of places without inertia, or along it
 
     def place(self, contact: int, slip: float) -> float:

@@ -28,7 +28,7 @@ from oblique_impact.contact.state import (
 from oblique_impact.contact.transitions import AtEnd, ContactProbe, EventKind
 from oblique_impact.errors import Outcome
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.advance import Progress
+from oblique_impact.marching.advance import MarchResult
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
     NORMAL_IMPULSE,
@@ -40,11 +40,12 @@ from oblique_impact.marching.equations import (
     TANGENTIAL_IMPULSE,
     TRAVEL,
 )
-from oblique_impact.marching.loop import Run, Status
+from oblique_impact.marching.loop import Run
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import MultiContact, Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Segment
 from oblique_impact.marching.sampling import Observation
+from oblique_impact.progress import Status
 
 #: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
 _JUST_OPENED = 1e3
@@ -174,12 +175,12 @@ class MultiContactRun(Run):
             for j, machine in enumerate(machines):
                 if contacts.obstacles[j] != contacts.obstacles[i] or contacts.on_side[j] == contacts.on_side[i]:
                     continue
-                if contacts.heirs is not None and contacts.heirs.get(i) != j:
+                if contacts.hand_over is not None and contacts.hand_over.get(i) != j:
                     continue
                 other = probe.of(j).instant
                 apart = contacts.place(i, own.slip) - contacts.place(j, other.slip)
                 flies = self._state(self._phase, j).state == State.FREE
-                meets = contacts.heirs is not None or not machine.is_beyond(other.slip)
+                meets = contacts.hand_over is not None or not machine.is_beyond(other.slip)
                 if flies and other.gap < 0.0 and abs(apart) < -own.gap and meets:
                     change.phases[j] = machine.pressed(probe.of(j))
                     change.events.append((j, EventKind.IMPACT))
@@ -188,14 +189,14 @@ class MultiContactRun(Run):
         """Apply impulses, log events, open and close contacts, take the new phase; why the run ends here."""
         machines, d, t = self.contacts.machines, self.problem.q0.size, self._now.t
         before = {i: probe.of(i).instant for i in {*change.phases, *change.impulses}}
-        impulses = change.impulses | change.arrests
+        impulses = change.impulses | change.stick_projections
         jump = probe.velocity_jump(impulses)
         quadratures = self._quadratures()
         for i, impulse in impulses.items():
             quadratures[SUPPLIED] += probe.of(i).supply(impulse, jump)
         self._y[d : 2 * d] += jump
-        for i, arrest in change.arrests.items():
-            self._add_to(i, arrest.normal, arrest.tangential, arrest.energy_loss, 0.0)
+        for i, projection in change.stick_projections.items():
+            self._add_to(i, projection.normal, projection.tangential, projection.energy_loss, 0.0)
         for i, how in change.passages:
             self._pass_end_of(i, leaving, how, before[i])
         self._stick_axially(change)
@@ -353,7 +354,7 @@ class MultiContactRun(Run):
         closed = self._phase.arrays.rows[:, STATE] != State.FREE
         return float(np.min(self._phase.arrays.definite[closed], initial=1.0))
 
-    def _take_peaks(self, progress: Progress) -> None:
+    def _take_peaks(self, progress: MarchResult) -> None:
         largest = self._scratch.guards.largest
         for i, opened in self._opened.items():
             opened.peak_force = max(opened.peak_force, float(largest[0, i]))

@@ -18,7 +18,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import loop
-from oblique_impact.marching.advance import Progress
+from oblique_impact.marching.advance import MarchResult
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
     NORMAL_IMPULSE,
@@ -26,7 +26,6 @@ from oblique_impact.marching.equations import (
     QUADRATURES,
     TANGENTIAL_IMPULSE,
 )
-from oblique_impact.marching.loop import Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.marching.sampling import Observation
@@ -48,6 +47,7 @@ from oblique_impact.marching.time_stepping import (
     StepBuffers,
     TimeSteppingScheme,
 )
+from oblique_impact.progress import Status
 
 _STATES = {BACKWARDS: State.SLIP, OPEN: State.FREE, FORWARDS: State.SLIP, STUCK: State.STICK}
 
@@ -99,7 +99,7 @@ class SteppedRun(MultiContactRun):
         self._y[-self._counted.size :] = self._counted.ravel()
         self._set_mark()
 
-    def _keep(self, progress: Progress) -> None:
+    def _keep(self, progress: MarchResult) -> None:
         self._unlogged = deque(self._steps.log[: self._steps.logged[0]])
         super()._keep(progress)
         if len(self.record.events) > loop.MAX_EVENTS:

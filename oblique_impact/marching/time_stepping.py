@@ -144,7 +144,7 @@ class StepBuffers(NamedTuple):
         )
 
 
-class Solution(NamedTuple):
+class SteppingSolution(NamedTuple):
     """The end of the iterations of a step."""
 
     status: int
@@ -261,7 +261,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
 
 
 @jitable
-def _settle(
+def _keep_out(
     stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int
 ) -> int:
     """Keep the end of a step out of all obstacles by impulses; the number of contacts in the problem, or -1."""
@@ -296,7 +296,7 @@ def _settle(
 
 
 @jitable
-def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> Solution:
+def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> SteppingSolution:
     """Iterate to the end of a step of length h: velocities there into s.y_new, q_m and v_m into s.at.
 
     The step is `clear` if no place can reach its obstacle within it.
@@ -320,7 +320,7 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
         if iteration == 0:
             stale = b.factored[slot] != h
             if not stepper.system.factor_effective(middle, s.at[:d], 0.5 * h, 0.25 * h * h, w, slot, stale):
-                return Solution(MASS_NOT_POSITIVE, m, 0.0)
+                return SteppingSolution(MASS_NOT_POSITIVE, m, 0.0)
             b.factored[slot] = h
         stepper.system.solve_effective(e.rank_one, w, slot, False)
         change = h * np.sqrt(abs(dot(increment, residual)))
@@ -328,16 +328,16 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
-            m = _settle(stepper, m, middle, h, x, y, e.rank_one, slot)
+            m = _keep_out(stepper, m, middle, h, x, y, e.rank_one, slot)
         if m < 0:
-            return Solution(-FAILED_ITERATION, 0, 0.0)
+            return SteppingSolution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
         done = change <= stepper.tolerance or change * change <= stepper.tolerance * before
         stalled = change > _STALLED * before and change <= _ROUNDING * stepper.tolerance
         if iteration > 0 and (done or stalled):
-            return Solution(OK, m, supplied)
+            return SteppingSolution(OK, m, supplied)
         before = change
-    return Solution(-FAILED_ITERATION, m, 0.0)
+    return SteppingSolution(-FAILED_ITERATION, m, 0.0)
 
 
 @jitable
@@ -412,7 +412,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             own = QUADRATURES + OF_A_CONTACT * i
             after[own + HELD] = 0.5 * flexibility.pressed[i] * flexibility.displaced[i]
     if stepper.massless:
-        stepper.system.settle(s.at[d : 2 * d], v1)
+        stepper.system.set_massless(s.at[d : 2 * d], v1)
     for j in range(d):
         after[tail + j] = (v1[j] - v0[j]) / h
 

@@ -166,8 +166,8 @@ def _of_axial_flexibility(s: Scenario) -> Iterator[tuple[str, str]]:
     relaxes = c.where == "point" and c.residual_flexibility and not s.is_nodal
     if relaxes and c.normal == "spring" and s.beam.kelvin_voigt > 0.0:
         yield "contact.residual_flexibility", f"should be false {behind} and beam.kelvin_voigt"
-    if s.solver.scheme == "fixed-step" and s.solver.stick != "arrest":
-        yield "solver.stick", f'should be "arrest" {behind}'
+    if s.solver.scheme == "fixed-step" and s.solver.stick != "projection":
+        yield "solver.stick", f'should be "projection" {behind}'
 
 
 def _of_nodal_model(s: Scenario) -> Iterator[tuple[str, str]]:

@@ -39,6 +39,10 @@ class Side(NamedTuple):
         """Return whether a place along the side (m from `origin`) lies between its ends."""
         return not self.extent or self.extent[0] <= along <= self.extent[1]
 
+    def facing(self, angle: float) -> float:
+        """Return 1 or -1: the side of its axis with which a beam at `angle` (rad) to the horizontal looks here."""
+        return -math.copysign(1.0, math.cos(angle - self.angle))
+
     def gap_and_place(self, reach: float, angle: float, half_depth: float = 0.0) -> tuple[float, float]:
         """Return gap, and place along the side from `origin` (m), of a point of a straight beam.
 
@@ -46,7 +50,7 @@ class Side(NamedTuple):
         `half_depth` (m) from the beam's axis, towards the side.
         """
         tilt, (c_n, c_t) = angle - self.angle, self.offsets
-        fibre = -math.copysign(half_depth, math.cos(tilt))
+        fibre = self.facing(angle) * half_depth
         gap = reach * math.sin(tilt) + fibre * math.cos(tilt) - c_n
         return gap, reach * math.cos(tilt) - fibre * math.sin(tilt) - c_t
 

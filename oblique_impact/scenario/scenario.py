@@ -214,13 +214,16 @@ class Scenario(Section):
         """Transverse coordinate (m) of the contact point in its section: 0 on the axis, negative below it."""
         if self.contact.surface == "axis":
             return 0.0
-        facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
-        return -math.copysign(self.half_depth, facing)
+        return self.slope_side.facing(self.initial.angle) * self.half_depth
 
     @property
     def half_depth(self) -> float:
-        """Distance (m) from the beam's axis to where it touches: 0 on the axis, else to the outer fibre."""
-        return self.beam.fibre_distance(self.contact.point) if self.contact.surface == "section" else 0.0
+        """Distance (m) from the beam's axis to where it touches, at the contact point, see `half_depth_at`."""
+        return self.half_depth_at(self.contact.point)
+
+    def half_depth_at(self, x: float) -> float:
+        """Distance (m) from the axis to where the beam touches at x (m): to the outer fibre, or 0."""
+        return self.beam.fibre_distance(x) if self.contact.surface == "section" else 0.0
 
     @property
     def initial_gap(self) -> float:
@@ -260,7 +263,7 @@ class Scenario(Section):
     def obstacle_points(self) -> list[ObstaclePoint]:
         """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``.
 
-        A side with a bedding has no corners: a bed yields to a point.
+        A side with a bedding has no corners: a bed gives way to a point.
         """
         if self.contact.where == "point":
             return []

@@ -438,12 +438,18 @@ class SolverSection(Section):
         "how Baumgarte's parameters are read, `squared`: Z'' + 2 chi Z' + beta^2 Z = 0; "
         "`plain`: Z'' + chi Z' + beta Z = 0",
     )
-    stick: Literal["arrest", "force"] = key(
-        "arrest",
+    stick: Literal["projection", "force"] = key(
+        "projection",
         "fixed-step: contact sticks where the force that holds it lies in the friction cone and can stop "
-        "the slip within a step (`arrest`), or where it lies in the cone whatever the slip velocity is "
+        "the slip within a step (`projection`), or where it lies in the cone whatever the slip velocity is "
         "(`force`, as the paper)",
     )
     output_interval: Annotated[Positive, Unit("s")] = key(
         1e-4, "interval of the samples; events are always kept exactly"
     )
+
+    @field_validator("stick", mode="before")
+    @classmethod
+    def _earlier_name(cls, stick: Any) -> Any:
+        """Read the name that files of version 0.2 have."""
+        return "projection" if stick == "arrest" else stick

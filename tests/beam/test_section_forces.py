@@ -7,7 +7,7 @@ import pytest
 
 from oblique_impact import Scenario
 from oblique_impact.beam.section_forces import Motion, PointLoads, fields_along
-from oblique_impact.problem import beam_of
+from oblique_impact.beam_problem import beam_of
 
 MASS, BENDING, GRAVITY = 0.86874, 541.27, 9.8  # kg/m, N m^2, m/s^2: the paper's beam
 

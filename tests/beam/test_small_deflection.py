@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.small_deflection import (
+from oblique_impact.beam.validity.small_deflection import (
     NOTICEABLE,
-    Motion,
+    LargestMotion,
     contact_force_error,
     deflection_error,
     deflection_warnings,
     largest_motion,
     root_freedom,
 )
-from oblique_impact.problem import beam_of
+from oblique_impact.beam_problem import beam_of
 
 RANDOM = Path(__file__).parents[2] / "docs" / "small-deflection-random.json"
 MEAN, FULL = "discretization.frame=mean-axis", "discretization.kinetics=full"
@@ -55,7 +55,7 @@ def estimate(row):
     )
     if row["load"] == "stop":
         return contact_force_error(scenario, row["deflection"])
-    return deflection_error(scenario, Motion(row["deflection"], row["rate"], row["lost_momentum"]))
+    return deflection_error(scenario, LargestMotion(row["deflection"], row["rate"], row["lost_momentum"]))
 
 
 def test_the_warning_is_right_within_a_band(measured):
@@ -110,9 +110,9 @@ def rooted(kind: str, *words: str) -> Scenario:
 @pytest.mark.parametrize("words", [(), (FULL,)])
 def test_the_hub_leads_from_the_pin_to_the_held_root(words):
     """Without inertia it is a pin, with very much a held root; a tenth of the beam's leaves a quarter."""
-    pin, driven = (deflection_error(rooted(kind, *words), Motion(0.1, 20.0)) for kind in ("pin", "driven"))
+    pin, driven = (deflection_error(rooted(kind, *words), LargestMotion(0.1, 20.0)) for kind in ("pin", "driven"))
     hubs = [
-        deflection_error(rooted("hub", f"root.inertia={ratio * BEAM}", *words), Motion(0.1, 20.0))
+        deflection_error(rooted("hub", f"root.inertia={ratio * BEAM}", *words), LargestMotion(0.1, 20.0))
         for ratio in (0.0, 1e-3, 0.05, 1.0, 1e6)
     ]
     assert hubs[0] == pin
@@ -132,7 +132,7 @@ def warned(scenario: Scenario, deflections: list[float], touched: bool = True) -
 def test_the_line_says_root_quantity_and_estimate():
     scenario = Scenario.builtin("paper", ["root.kind=hub", f"root.inertia={0.02 * BEAM}"])
     (line,) = warned(scenario, [0.0, 0.35])
-    of_deflection, of_force = deflection_error(scenario, Motion(0.35)), contact_force_error(scenario, 0.35)
+    of_deflection, of_force = deflection_error(scenario, LargestMotion(0.35)), contact_force_error(scenario, 0.35)
     assert "0.35 m" in line
     assert "hub of 0.02 times" in line
     assert f"{100.0 * of_deflection:.2g} % in deflection" in line

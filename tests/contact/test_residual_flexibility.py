@@ -7,8 +7,8 @@ from oblique_impact import InputError, Outcome, Scenario, simulate
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_flexibility, static_flexibility
+from oblique_impact.beam_problem import beam_of, beam_problem
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.problem import beam_of, beam_problem
 
 MEAN_AXIS = "discretization.frame=mean-axis"
 MASSLESS = (MEAN_AXIS, "contact.point_inertia=none", "beam.kelvin_voigt=1e-5", "solver.output_interval=1e-3")

@@ -113,4 +113,4 @@ def test_a_scheme_that_notices_stick_late_stops_the_contact_that_it_names(contac
     change = table.after_guard(in_states(table, slides, slides), 2 * GUARDS + contact, [], probe)
     assert directions(change) == {contact: 0}
     assert change.events == [(contact, EventKind.STICK)]
-    assert change.arrests[contact].tangential == pytest.approx(-1e-3, rel=1e-12)
+    assert change.stick_projections[contact].tangential == pytest.approx(-1e-3, rel=1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance
-from oblique_impact.fem_beam.exact.beam import BANDWIDTH, strains
+from oblique_impact.fem_beam.exact.exact_beam import BANDWIDTH, strains
 
 EI = 541.27
 #: a slender beam of unit length: radius of gyration 1e-4

@@ -13,7 +13,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
-from oblique_impact.fem_beam.exact.stop import PointOnSide
+from oblique_impact.fem_beam.exact.stop import NodeOnSide
 from oblique_impact.validation.runs import NEAR
 
 ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
@@ -74,7 +74,7 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
 def test_a_place_in_the_section_moves_as_its_rows_say():
     """However far the section turns within a step; and the rates are those rows in the limit of a short step."""
     beam = ExactBeam(np.array([0.0, 1.0]), ElasticSections.uniform(1e7, 1e7, 500.0, 1.0))
-    point = PointOnSide(beam, 0, ElasticStop(1e6), (), 2, 0.3, (0.02, 0.1), fibre=-0.04)
+    point = NodeOnSide(beam, 0, ElasticStop(1e6), (), 2, 0.3, (0.02, 0.1), fibre=-0.04)
     q0, q1 = np.zeros((2, beam.size))
     q0[-3:], q1[-3:] = (0.3, 0.2, 0.5), (0.35, 0.1, 1.9)
     places = [point.place(Stage(q, q)) for q in (q0, q1)]

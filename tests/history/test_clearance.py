@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.beam.clearance import smallest_distance
+from oblique_impact.beam.clearance import clearance_along
+from oblique_impact.beam.cross_sections import Sections
 
 
 def test_without_contact_there_is_no_distance(run):
@@ -163,27 +164,31 @@ def test_a_start_beyond_the_end_may_be_below_the_slope():
 # Geometry -------------------------------------------------------------------------------------------------------
 
 
-def of_slope(x, z, tangent, *extent):
-    """Distance and place of an axis from the horizontal slope at the origin."""
-    scenario = Scenario().replace(slope__origin=(0.0, 0.0), slope__angle=0.0, slope__extent=extent)
-    return smallest_distance(scenario, x, (z, tangent))[:2]
+def of_straight_beam(scenario, stations, angle=0.0, rise=0.0):
+    """Clearance of a straight axis of length 1 from the origin, raised by some heights (m)."""
+    heights = np.atleast_1d(rise)
+    along = {"ux": np.zeros((heights.size, stations)), "uy": np.repeat(heights[:, None], stations, axis=1)}
+    variables = {"station": np.linspace(0.0, 1.0, stations), "theta": np.full(heights.size, angle), **along}
+    directions = None
+    if scenario.contact.surface == "section":
+        directions = np.full((heights.size, stations), np.exp(1j * angle))
+    sections = Sections.from_scenario(scenario)
+    return clearance_along(scenario, sections, variables, directions, on_side=[True])
 
 
-def straight(height, rise, begin=0.0, stations=5):
-    """One straight axis over x = 0..1, its height and its rise per length; along it grows like x."""
-    x = np.linspace(0.0, 1.0, stations)
-    run = np.sqrt(1.0 - rise**2)
-    row = np.ones((1, stations))
-    return x, (begin + 1j * height) + (run + 1j * rise) * x[None], (run + 1j * rise) * row
+@pytest.mark.parametrize("stations", [3, 9, 33])
+@pytest.mark.parametrize("extent", [(), (0.0, 0.37)], ids=["unbounded", "ledge"])
+def test_the_least_of_the_stations_is_the_least_of_the_axis_within_their_spacing(stations, extent):
+    """An axis falls at 3:4 through a horizontal slope that is 0.2 m below its root: its tip is 0.4 m deep.
 
-
-@pytest.mark.parametrize("stations", [3, 5, 33])
-def test_a_corner_between_two_stations(stations):
-    """The axis falls through the end of a ledge: the depth is that on the edge, not that of a station."""
-    x, z, tangent = straight(0.2, -0.6, stations=stations)
-    distance, place = of_slope(x, z, tangent, 0.0, 0.37)
-    at = 0.37 / 0.8
-    assert (distance[0], place[0]) == pytest.approx((0.2 - 0.6 * at, at), abs=1e-8)
+    It leaves a ledge at x = 0.37/0.8, where the depth is 0.6 * 0.37/0.8 - 0.2 m.
+    """
+    scenario = Scenario().replace(slope__origin=(0.0, -0.2), slope__angle=0.0, slope__extent=extent)
+    found = of_straight_beam(scenario, stations, angle=-np.arctan(0.75))
+    place = 0.37 / 0.8 if extent else 1.0
+    above, spacing = found["clearance"][0] - (0.2 - 0.6 * place), 1.0 / (stations - 1)
+    assert -1e-12 < above <= (0.6 * spacing if extent else 1e-12)
+    assert abs(found["clearance_at"][0] - place) <= spacing
 
 
 OBSTACLES = (
@@ -203,12 +208,22 @@ def test_the_nearest_of_several_obstacles(surface, depth):
         contact__surface=surface,
         obstacles=OBSTACLES,
     )
-    heights = np.array([0.0, 0.22, 0.295, 0.305, 0.5, 0.75])
-    x, z, tangent = straight(0.0, 0.0)
-    ones = np.ones((heights.size, 1))
-    curve = z + 1j * heights[:, None], tangent * ones
-    section = None if surface == "axis" else (tangent * ones, 0.0 * tangent * ones)
-    distance, place, obstacle = smallest_distance(scenario, x, curve, section)
-    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.095, 0.1, 0.05]) - depth, atol=1e-12)
-    np.testing.assert_allclose(place[:-1], 0.37, atol=1e-12)
-    assert obstacle.tolist() == [2, 2, 2, 2, 2, 1]
+    found = of_straight_beam(scenario, 101, rise=[0.0, 0.22, 0.295, 0.305, 0.5, 0.75])
+    exact = np.array([0.2, -0.02, -0.095, -0.095, 0.1, 0.05]) - depth
+    np.testing.assert_allclose(found["clearance"], exact, atol=1e-12)
+    np.testing.assert_allclose(found["clearance_at"][:-1], 0.37, atol=1e-12)
+    assert found["clearance_obstacle"].tolist() == [2, 2, 2, 2, 2, 1]
+
+
+def test_a_peg_between_two_stations_is_as_near_as_its_contact_says(run):
+    """A station is up to 16 mm from where the beam touches: without the gap the distance would jump there."""
+    history = run("two-pegs", "end_time=0.45")
+    gap, place = history["contact_gap"].values, history["contact_place"].values
+    clearance = history["clearance"].values
+    beside = (place >= 0.0) & (place <= 1.0)
+    assert np.all(clearance[:, None] <= np.where(beside, gap, np.inf) + 1e-12)
+    closed = history["contact_state"].values.any(axis=1)
+    assert closed.any()
+    assert np.abs(clearance[closed]).max() < 1e-9
+    fastest = np.abs(np.diff(gap, axis=0)).max()
+    assert np.abs(np.diff(clearance)).max() < fastest + 1e-12

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
+from oblique_impact.beam_problem import beam_of
 from oblique_impact.history.sensors import sensor_reading
-from oblique_impact.problem import beam_of
 
 
 def test_sensors_on_a_rigid_pendulum():

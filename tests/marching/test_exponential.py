@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
+from oblique_impact.beam_problem import beam_of, beam_problem
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Run
-from oblique_impact.problem import beam_of, beam_problem
 
 CASES = {
     "mean-axis": [],

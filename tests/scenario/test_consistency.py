@@ -69,7 +69,7 @@ REFUSED = [
     ("contact.impact", "contact.axial_flexibility=true contact.impact=routh", 'should be "newton"'),
     ("contact.damping", f"{FLEXIBLE} contact.damping=0.1", "should be 0"),
     ("contact.residual_flexibility", f"{FLEXIBLE} beam.kelvin_voigt=1e-5", "should be false"),
-    ("solver.stick", f"{FLEXIBLE} solver.scheme=fixed-step solver.stick=force", 'should be "arrest"'),
+    ("solver.stick", f"{FLEXIBLE} solver.scheme=fixed-step solver.stick=force", 'should be "projection"'),
     ("base.frequency", "base.acceleration=2", "greater than 0 with base.acceleration"),
     ("base.acceleration", "base.table=[[0,1],[1,2]] base.acceleration=2", "give one of the two"),
     ("base.table", "base.table=[[0,1],[0,2]]", "strictly ascending times"),

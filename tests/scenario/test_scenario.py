@@ -249,3 +249,11 @@ def test_help_lists_every_key_with_its_unit():
     text = inspect.getdoc(Scenario)
     assert all(f"{key.rpartition('.')[2]} = " in text for key in key_schemas())
     assert re.search(r"^ *density = 2766\.7 +# kg/m³, ", text, re.MULTILINE)
+
+
+def test_the_earlier_name_of_the_stick_projection_is_read():
+    text = Scenario().replace(solver__scheme="fixed-step").to_toml()
+    assert 'stick = "projection"' in text
+    assert Scenario.from_toml(text.replace('"projection"', '"arrest"')) == Scenario.from_toml(text)
+    with refused_in_one_line("solver.stick", "'arrested'", "projection"):
+        Scenario.from_toml(text.replace('"projection"', '"arrested"'))

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from oblique_impact.validation.checks.registry import Check, Group, Measurement
+from oblique_impact.validation.checks.registry import Check, CheckGroup, Measurement
 from oblique_impact.validation.suite import select
 
 
@@ -29,7 +29,7 @@ def test_an_error_in_a_check_is_a_failure_with_its_name():
     def broken() -> Measurement:
         raise ValueError("no\nsuch thing")
 
-    (found,) = Check("a.b", Group("a", "A"), "a problem", 0.1, broken).evidence().measurements
+    (found,) = Check("a.b", CheckGroup("a", "A"), "a problem", 0.1, broken).evidence().measurements
     assert found.verdict == "fail"
     assert found.quantity == "did not finish: ValueError: no such thing"
 

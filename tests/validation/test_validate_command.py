@@ -70,9 +70,9 @@ def test_bad_names_are_one_line(tmp_path, refused):
 
 
 def test_a_check_that_fails_ends_with_exit_code_1(tmp_path, cli, monkeypatch):
-    from oblique_impact.validation.checks import frequencies
+    from oblique_impact.validation.checks import spectra
 
-    monkeypatch.setitem(frequencies.VALUES, "1.1", [1.9] * 10)
+    monkeypatch.setitem(spectra.VALUES, "1.1", [1.9] * 10)
     code, out, err = cli("validate", "--out", tmp_path, "--only", "frequencies.clamped-free", "--workers", "1")
     assert code == 1
     assert "1 check, 4 measurements: 4 fail; report:" in out

@@ -15,9 +15,9 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance, equilibrium, simulate
-from oblique_impact.fem_beam.exact.sections import Array
+from oblique_impact.fem_beam.exact.elastic_sections import Array
+from oblique_impact.history.events import Contact
 from oblique_impact.history.history import History
-from oblique_impact.marching.records import Contact
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source

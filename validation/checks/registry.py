@@ -29,9 +29,9 @@ ROUNDING = 1e-13
 
 #: modules in the order of the report
 _MODULES = (
-    *("equations", "frequencies", "spinning", "spin_up", "statics", "rigid_limit", "small_systems", "kinematics"),
+    *("lagrange", "spectra", "spinning", "spin_up", "statics", "rigid_limit", "particles", "kinematics"),
     *("springs", "pegs", "beddings", "rigid_impact", "rods", "damped_stop", "balances", "discretizations"),
-    *("kinetics", "frames", "orders", "exact_geometry", "absolute", "shaken_base", "periodic"),
+    *("kinetics", "frames", "orders", "exact_geometry", "absolute", "shaken_base", "steady_state"),
 )
 
 
@@ -77,7 +77,7 @@ Finding = Measurement | Iterable[Measurement] | Evidence
 
 
 @dataclass(frozen=True)
-class Group:
+class CheckGroup:
     """A named group of checks."""
 
     id: str
@@ -89,7 +89,7 @@ class Check:
     """One problem with its measurements; `seconds` is about what it takes."""
 
     id: str
-    group: Group
+    group: CheckGroup
     problem: str
     seconds: float
     function: Callable[[], Finding] = field(repr=False)
@@ -116,7 +116,7 @@ _CHECKS: dict[str, Check] = {}
 
 def checks_of(group: str, title: str) -> Callable[..., Callable[[Callable[[], Finding]], Callable[[], Finding]]]:
     """Return the decorator that adds checks to a group."""
-    home = Group(group, title)
+    home = CheckGroup(group, title)
 
     def check(problem: str, seconds: float = 0.1) -> Callable[[Callable[[], Finding]], Callable[[], Finding]]:
         def add(function: Callable[[], Finding]) -> Callable[[], Finding]:

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import FullBeam
 from oblique_impact.beam.operators import discretization
+from oblique_impact.beam_problem import beam_problem
 from oblique_impact.contact.friction import Frictionless
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Tolerances
 from oblique_impact.contact.transitions import ContactMachine, ContactProbe, EventKind, Transition
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.marching.loop import Run
-from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.plots import impulse_law_figure

@@ -14,7 +14,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
-from oblique_impact.validation.checks.equations import Energy, lagrange
+from oblique_impact.validation.checks.lagrange import Energy, lagrange
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, NODAL, SPRING, Array, run, unit_beam
 

@@ -17,7 +17,7 @@ from pydantic import Field
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
-from oblique_impact.marching.loop import Status
+from oblique_impact.progress import Status
 from oblique_impact.scenario.messages import one_of, refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section

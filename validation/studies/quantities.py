@@ -13,13 +13,13 @@ import pandas as pd
 from scipy.integrate import simpson
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
+from oblique_impact.beam.validity.small_deflection import contact_force_error, deflection_error, largest_motion
+from oblique_impact.beam_problem import beam_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import RATES, value_at
 from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, SECTION_FORCES
-from oblique_impact.problem import beam_of
 from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.scenario.scenario import Scenario
 
@@ -304,7 +304,7 @@ def _mean_spin(history: History, sample: int) -> float:
 
 
 def _model_error(history: History) -> float:
-    """Estimate of :mod:`oblique_impact.beam.small_deflection`."""
+    """Estimate of :mod:`oblique_impact.beam.validity.small_deflection`."""
     scenario = history.scenario
     if scenario is None or scenario.is_absolute:
         raise GapError("only for the small-deflection model of the floating frame")

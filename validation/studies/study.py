@@ -25,8 +25,7 @@ from oblique_impact.files import prepare_folder, save_all, save_whole
 from oblique_impact.history.history import History
 from oblique_impact.history.provenance import source_digest
 from oblique_impact.kernels.compiling import clock
-from oblique_impact.marching.loop import Status
-from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.progress import OnProgress, Progress, Status, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each

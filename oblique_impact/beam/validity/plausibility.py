@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -27,16 +28,17 @@ MAX_DAMPING = 0.05
 SHAKING_STEPS = 18
 
 
-def implausible_values(scenario: Scenario) -> list[str]:
+@lru_cache(maxsize=8)  # the command line tells them before the run
+def implausible_values(scenario: Scenario) -> tuple[str, ...]:
     """Return a line for each implausible value, beginning with its key; none for plausible scenarios."""
     with np.errstate(all="ignore"):
         sections = Sections.from_scenario(scenario)
-        return [
+        return (
             *_material(scenario),
             *_shape(scenario, sections),
             *_damping(scenario),
             *_slope_and_step(scenario, sections),
-        ]
+        )
 
 
 def _material(s: Scenario) -> Iterator[str]:

@@ -38,6 +38,13 @@ from oblique_impact.scenario.scenario import Scenario
 NEAR = 0.01
 #: tolerance of the iterations of one implicit step over that of the run: the errors of steps add up
 ITERATIONS = 0.01
+#: built-in schemes by their names in `solver.scheme`; `order` is that of their steps
+SCHEMES: dict[str, type[Scheme]] = {
+    "event": EventScheme,
+    "fixed-step": FixedStepScheme,
+    "generalized-alpha": GeneralizedAlphaScheme,
+    "time-stepping": TimeSteppingScheme,
+}
 #: s; sizes of a beam's angle, deflections and velocities are 1 rad, 1 m and these over the second
 BEAM_TIME = 1.0
 
@@ -132,9 +139,9 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
     anywhere, massless = s.contact.where == "anywhere", s.contact.point_inertia == "none"
-    yields = massless and anywhere and s.contact.enabled and not s.is_nodal and beam.contact_places
-    yielding = beam.yielding() if yields else None
-    left_out = beam.residual_compliance > 0.0 if yielding is None else yielding.matrix.any()
+    of_places = massless and anywhere and s.contact.enabled and not s.is_nodal and beam.contact_places
+    residual = beam.flexibility_of_places() if of_places else None
+    left_out = beam.residual_compliance > 0.0 if residual is None else residual.matrix.any()
     if massless and not left_out and not (anywhere and s.is_nodal):
         raise refused(
             "contact.point_inertia",
@@ -144,7 +151,7 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     multi_contact, axial = None, beam.axial_flexibility
     if anywhere and s.contact.enabled and beam.contact_places:
         multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts, axial)
-        multi_contact = multi_contact._replace(flexibility=yielding or axial)
+        multi_contact = multi_contact._replace(flexibility=residual or axial)
     if multi_contact:
         machine = multi_contact.machines.machines[0]
     else:

@@ -11,14 +11,15 @@ differences as well; there damping of any kind takes the wave packets away.  On 
 not: under 0.5 % of critical by mass or 0.2 % by mode the paper's beam on 1e8 N/m is about as sensitive as without.
 
 Time-stepping gives the impacts friction.  Where it acts along a beam that cannot stretch nothing but its
-foreshortening yields to it, and its impulses have no limit as steps are made shorter.
+foreshortening gives way to it, and its impulses have no limit as steps are made shorter.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,9 @@ from oblique_impact.beam.residual_flexibility import static_flexibility
 from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
+
+if TYPE_CHECKING:
+    from oblique_impact.marching.records import Contact
 
 #: a stop this many times as stiff as the beam, free to turn, is at its contact point is nearly rigid: for the
 #: paper's 3e7 N/m
@@ -72,25 +76,32 @@ def _rubs_along(s: Scenario) -> bool:
     return c.enabled and rough and not stretches and s.solver.scheme == "time-stepping"
 
 
-def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
-    """Return warnings about results that do not converge.
+def most_meetings(
+    scenario: Scenario, contacts: Sequence[Contact], macro_collisions: Sequence[Mapping[str, Any]]
+) -> int:
+    """Return how often stops are met in a macro-collision, at most as often as in a period of the base.
 
-    `contacts` counts those of each macro-collision, at most those in one period of a base that is shaken.
+    Places of the beam that touch an obstacle at once meet it once.  Of a steady state on a shaken base all
+    contacts may be one macro-collision, which has no end.
     """
-    if not contacts:
-        return []
-    s, most = beam.scenario, max(contacts)
-    return _of_friction(s) + _of_impacts(beam, most)
+    found, until = list[float](), dict[int, float]()
+    for contact in sorted(contacts, key=lambda contact: contact.start):
+        end = until.get(contact.obstacle, -math.inf)
+        if contact.start >= end:
+            found.append(contact.start)
+        until[contact.obstacle] = max(end, contact.end)
+    base, starts, most = scenario.base, np.array(found), len(found)
+    frequencies = base.frequency, base.frequency + base.sweep_rate * scenario.end_time
+    slowest = min(map(abs, frequencies)) if frequencies[0] * frequencies[1] > 0.0 else 0.0
+    if base.is_shaken and not base.table and slowest > 0.0:
+        most = int(np.max(np.searchsorted(starts, starts + 1.0 / slowest) - np.arange(most), initial=0))
+    spans = ((starts >= m["start"]) & (starts <= m["end"]) for m in macro_collisions)
+    return min(most, max((int(np.count_nonzero(span)) for span in spans), default=0))
 
 
-def impacts_magnify(beam: Beam, contacts: Sequence[int]) -> bool:
-    """Whether what follows the first touch-down has no limit, as a line of `convergence_warnings` says."""
-    return bool(contacts and _of_impacts(beam, max(contacts)))
-
-
-def _of_friction(s: Scenario) -> list[str]:
-    """Return a warning if the impulses of friction have no limit."""
-    if not _rubs_along(s):
+def friction_warnings(s: Scenario, most: int) -> list[str]:
+    """Return a warning if the impulses of friction have no limit; `most` as in :func:`impact_warnings`."""
+    if not (most and _rubs_along(s)):
         return []
     return [
         "contact.friction: in time-stepping the tangential impulses of a beam that cannot stretch do not converge "
@@ -98,8 +109,13 @@ def _of_friction(s: Scenario) -> list[str]:
     ]
 
 
-def _of_impacts(beam: Beam, most: int) -> list[str]:
-    """Return a warning if what follows the first touch-down has no limit, or damping is not resolved."""
+def impact_warnings(beam: Beam, most: int) -> list[str]:
+    """Return a warning if what follows the first touch-down has no limit, or damping is not resolved.
+
+    `most` says how often a run meets stops in a macro-collision, see :func:`most_meetings`.
+    """
+    if not most:
+        return []
     s = beam.scenario
     damping = s.beam.kelvin_voigt
     damped = damping > 0.0 or s.beam.mass_proportional > 0.0 or s.beam.modal_damping_ratio > 0.0
@@ -194,6 +210,7 @@ def light_damping(s: Scenario) -> float:
     return float(f"{2.0 * LIGHT / frequency:.2g}") if frequency > 0.0 else 0.0
 
 
+@lru_cache(maxsize=8)
 def is_stiff(s: Scenario) -> bool:
     """Whether a stop is rigid or nearly so: results have a limit only with internal damping."""
     if not s.contact.enabled:

@@ -65,7 +65,7 @@ _FROM_TANGENT, _HALF = 3.7, 0.4
 NOTICEABLE = 0.1
 
 
-class Motion(NamedTuple):
+class LargestMotion(NamedTuple):
     """Largest deflection (m), from the axis of the frame, and rates of a run that decide how exact it is.
 
     `spin` (rad/s) is the angular velocity of beam and hub as a whole, `lost_momentum` (kg m^2/s) the angular
@@ -88,7 +88,7 @@ def _hub(scenario: Scenario) -> float:
     return root.inertia / Sections.from_scenario(scenario).inertia if root.kind == "hub" else 0.0
 
 
-def deflection_error(scenario: Scenario, motion: Motion) -> float:
+def deflection_error(scenario: Scenario, motion: LargestMotion) -> float:
     """Return the estimated relative error of the deflection, within two elastic periods.
 
     Root, frame, kinetics and loads of the scenario decide, and the motion of the run.
@@ -123,7 +123,7 @@ def contact_force_error(scenario: Scenario, deflection: float) -> float:
     return _FORCE * (ratio * deflection / scenario.beam.length) ** 2
 
 
-def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> Motion:
+def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> LargestMotion:
     """Return what the estimates need of a run, from its variables `uy`, `theta_dot`, `q` and `qd`."""
     discretization, o = beam.scenario.discretization, beam.operators
     spin, lost = variables["theta_dot"], np.zeros(1)
@@ -133,7 +133,7 @@ def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> Motion:
             lost = spin * np.einsum("si,si->s", B @ (o.C - o.M1), B)
         # angular momentum over inertia; the mean axis turns at this rate
         spin = spin + Bd @ o.S / (o.J + beam.hub_inertia)
-    return Motion(*(float(np.abs(values).max()) for values in (variables["uy"], spin, lost)))
+    return LargestMotion(*(float(np.abs(values).max()) for values in (variables["uy"], spin, lost)))
 
 
 def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:

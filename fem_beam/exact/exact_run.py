@@ -9,13 +9,14 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.fem_beam.exact.scheme import ExactScheme
-from oblique_impact.fem_beam.exact.sections import ElasticSections
-from oblique_impact.fem_beam.exact.system import ExactSystem, beam_of, places_of, touchings_of
-from oblique_impact.marching.loop import Run, Status
+from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, contact_machine, contacts_at
+from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
+from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
+from oblique_impact.fem_beam.exact.exact_system import ExactSystem, beam_of, places_of, touchings_of
+from oblique_impact.marching.loop import Run
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.several import run_of
-from oblique_impact.problem import NEAR, Parts, beam_tolerances, contact_machine, contacts_at
+from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario
 
 #: steps that are timed to estimate the time of the whole run: some hundredths of a second
@@ -48,7 +49,7 @@ def exact_problem(
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
         breakpoints=(*system.breakpoints, *(system.shaking.breakpoints if system.shaking else ())),
-        multi_contact=several and several._replace(heirs=system.heirs),
+        multi_contact=several and several._replace(hand_over=system.hand_over),
     )
 
 

@@ -24,7 +24,7 @@ from scipy.linalg import LinAlgError, get_lapack_funcs
 from scipy.sparse import csr_array, diags_array, kron
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
-from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
 
 Complex = NDArray[np.complex128]
 
@@ -46,7 +46,7 @@ class Stage(NamedTuple):
     v: Array
 
 
-class Fields(NamedTuple):
+class PointFields(NamedTuple):
     """Rotation and derivatives at points of the beam, from which strains follow."""
 
     tangent: Complex  # r'
@@ -64,7 +64,7 @@ class Resultants(NamedTuple):
 class StepStart(NamedTuple):
     """Quantities at the beginning of a step, at the Gauss points, for the forces of the step."""
 
-    fields: Fields
+    fields: PointFields
     turn: Complex  # exp(i phi)
     strain: Complex  # Gamma
 
@@ -167,10 +167,10 @@ class ExactBeam:
         x, y, _ = q.reshape(-1, NODE).T
         return np.stack([-spin * y, spin * x, np.full(self.x.size, float(spin))], axis=1).ravel()
 
-    def fields(self, q: Array) -> Fields:
+    def fields(self, q: Array) -> PointFields:
         """Fields at the Gauss points, each (..., elements, 2), of nodal values (..., 3 n)."""
         found = (self._operator @ q[..., self._unknowns][..., None, :, None])[..., 0]
-        return Fields(found[..., 0] + 1j * found[..., 1], found[..., 3], found[..., 2])
+        return PointFields(found[..., 0] + 1j * found[..., 1], found[..., 3], found[..., 2])
 
     def resultants(self, q: Array, v: Array, viscosity: float = 0.0) -> Resultants:
         """Section forces at the Gauss points, each (..., elements, 2), with Kelvin-Voigt damping (s)."""
@@ -294,7 +294,7 @@ class ExactBeam:
         return float(relaxation * self._energy(strains(at1) - strains(at0), at1.curvature - at0.curvature))
 
 
-def strains(fields: Fields, turn: Complex | None = None) -> Complex:
+def strains(fields: PointFields, turn: Complex | None = None) -> Complex:
     """Extension and shear, Gamma = exp(-i phi) r' - 1; `turn` is exp(i phi) if that is known."""
     turn = np.exp(1j * fields.rotation) if turn is None else turn
     return np.asarray(turn.conj() * fields.tangent - 1.0)

@@ -9,6 +9,7 @@ from math import ceil, inf
 import numpy as np
 from scipy.optimize import brentq
 
+from oblique_impact.beam_problem import NEAR
 from oblique_impact.contact.forces import OK, guards_of
 from oblique_impact.contact.several import phase_of
 from oblique_impact.contact.state import (
@@ -23,12 +24,12 @@ from oblique_impact.contact.state import (
     Phase,
 )
 from oblique_impact.contact.transitions import StickCriterion
-from oblique_impact.fem_beam.exact.averages import Averages, Forces
-from oblique_impact.fem_beam.exact.beam import Stage
-from oblique_impact.fem_beam.exact.sections import Array
-from oblique_impact.fem_beam.exact.step import NotConvergedError, Step, advance
-from oblique_impact.fem_beam.exact.stop import Contact, Pair, Place, PointOnSide
-from oblique_impact.fem_beam.exact.system import ExactSystem
+from oblique_impact.fem_beam.exact.averages import Averages, MeanForces
+from oblique_impact.fem_beam.exact.elastic_sections import Array
+from oblique_impact.fem_beam.exact.exact_beam import Stage
+from oblique_impact.fem_beam.exact.exact_system import ExactSystem
+from oblique_impact.fem_beam.exact.step import NotConvergedError, SolvedStep, advance
+from oblique_impact.fem_beam.exact.stop import ClosedContact, NodeOnSide, Pair, Place
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.marching import advance as march
 from oblique_impact.marching.advance import Limits, Position, StepState, keep_sample, refused
@@ -44,7 +45,6 @@ from oblique_impact.marching.equations import (
     TANGENTIAL_IMPULSE,
 )
 from oblique_impact.marching.scheme import Prepared, Scheme
-from oblique_impact.problem import NEAR
 
 #: a guard that has fallen within this part of a step has fallen at its beginning
 _AT_ONCE = 1e-6
@@ -77,13 +77,13 @@ class ExactStepper:
         arrays = phase.arrays
         self._phases = [phase_of(phase, arrays, i) for i in range(len(self._touchings))] if arrays else []
         self._closed = {
-            i: Contact(self._touchings[i], sticks=True)
+            i: ClosedContact(self._touchings[i], sticks=True)
             if state.state == STICKING
-            else Contact(self._touchings[i], friction=state.friction.intercept)
+            else ClosedContact(self._touchings[i], friction=state.friction.intercept)
             for i, state in enumerate(self._phases)
             if state.state != FREE
         }
-        self._heirs = self.system.heirs
+        self._hand_over = self.system.hand_over
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Take the state; section forces may jump where a phase begins or the root's motion is not smooth."""
@@ -157,7 +157,7 @@ class ExactStepper:
         each = zip(self._phases, self._places, strict=True)
         return min((state.surface.side * place.gap for state, place in each), default=inf)
 
-    def _step(self, length: float, contacts: dict[int, Contact] | None = None) -> Step:
+    def _step(self, length: float, contacts: dict[int, ClosedContact] | None = None) -> SolvedStep:
         """Return a step, with the closed contacts or others in their place, and reactions of all contacts."""
         contacts = contacts or self._closed
         step = advance(
@@ -174,7 +174,7 @@ class ExactStepper:
         reactions[list(contacts)], keeping[list(contacts)] = step.reactions, step.keeping
         return step._replace(reactions=reactions, keeping=keeping)
 
-    def _accept(self, step: Step, places: list[Place], length: float, y: Array) -> None:
+    def _accept(self, step: SolvedStep, places: list[Place], length: float, y: Array) -> None:
         """Go to the end of a step, with its impulses and losses, and the forces there to report."""
         q0, q1, scenario, beam = self._stage.q, step.stage.q, self._scenario, self.system.beam
         relaxation, held, d = scenario.beam.kelvin_voigt / length, step.held.size, beam.size
@@ -197,7 +197,7 @@ class ExactStepper:
         y_new[:d], y_new[d : 2 * d] = step.stage
         np.add(y[2 * d :][: gained.size], gained, out=y_new[2 * d :][: gained.size])
         self.report(places, y_new[2 * d + gained.size :])
-        mean = Forces(*beam.mean_resultants(q0, q1, relaxation), step.reactions)
+        mean = MeanForces(*beam.mean_resultants(q0, q1, relaxation), step.reactions)
         self._recorder.averages.add(self._time, self._time + length, mean)
         self._stage, self._places = step.stage, places
 
@@ -210,7 +210,7 @@ class ExactStepper:
 
     # --- guards
 
-    def _guards(self, i: int, places: Sequence[Place], step: Step, length: float) -> Guards:
+    def _guards(self, i: int, places: Sequence[Place], step: SolvedStep, length: float) -> Guards:
         """Return the guards of a contact at the end of a step, of the mean forces of this."""
         state, touching, after = self._phases[i], self._touchings[i], places[i]
         if state.state == FREE:
@@ -221,11 +221,11 @@ class ExactStepper:
         if state.state == STICKING:
             # either edge of the cone: what holds may swing from one to the other within a step
             found = found._replace(lower=min(found.lower, found.upper), upper=1.0)
-        if i in self._heirs and isinstance(touching, PointOnSide):
+        if i in self._hand_over and isinstance(touching, NodeOnSide):
             away = [abs(after.slip - end) for end in touching.extent]
             if away[touching.outer] < away[1 - touching.outer]:
                 # the tip leaves a side for its corner where this comes onto the beam: both ways at the same place
-                return found._replace(end=places[self._heirs[i]].x - self._scenario.beam.length)
+                return found._replace(end=places[self._hand_over[i]].x - self._scenario.beam.length)
         return found
 
     def _locate(self, i: int, which: int, length: float) -> float:
@@ -254,7 +254,7 @@ class ExactStepper:
         # where forces turn within a step, what follows contradicts it at once: then a part of the step decides
         length = min(self._scenario.solver.contact_step, self._scenario.solver.free_step)
         length *= _SHORTER ** min(self._recorder.at_once, _SHORTEST)
-        holding = Contact(self._touchings[i], sticks=True)
+        holding = ClosedContact(self._touchings[i], sticks=True)
         trial = self._step(length, self._closed | {i: holding})
         after, reaction = holding.touching.place(trial.stage), float(trial.keeping[i])
         force, _ = holding.normal_force(*_ends(self._places[i], after), length)

@@ -11,20 +11,21 @@ from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.clearance import smallest_distance
+from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
 from oblique_impact.contact.state import State
-from oblique_impact.fem_beam.exact.averages import Averages, Forces
-from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam, Stage
-from oblique_impact.fem_beam.exact.run import exact_problem, exact_run
-from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
-from oblique_impact.fem_beam.exact.stop import Place, PointOnSide
-from oblique_impact.fem_beam.exact.system import ExactSystem
+from oblique_impact.fem_beam.exact.averages import Averages, MeanForces
+from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.exact_beam import NODE, Complex, ExactBeam, Stage
+from oblique_impact.fem_beam.exact.exact_run import exact_problem, exact_run
+from oblique_impact.fem_beam.exact.exact_system import ExactSystem
+from oblique_impact.fem_beam.exact.stop import NodeOnSide, Place
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.samples import LAMBDA_N, LAMBDA_T, Column, Samples, contact_variables, gather
 from oblique_impact.kernels.compiling import clock
-from oblique_impact.marching.loop import Run, Status
+from oblique_impact.marching.loop import Run
+from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario
 
 #: samples that are processed at a time
@@ -56,22 +57,20 @@ def simulate(
 
 
 class _Stations(NamedTuple):
-    """Matrices from nodes to values and slopes at output stations."""
+    """The matrix from nodes to values at output stations."""
 
     x: Array
     values: Array  # (stations, nodes)
-    slopes: Array
 
 
 def stations_of(beam: ExactBeam, x: Array) -> _Stations:
     """Read the elements at places x (m)."""
-    values, slopes = np.zeros((2, x.size, beam.x.size))
+    values = np.zeros((x.size, beam.x.size))
     for row, place in enumerate(x):
         e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
         nodes = np.arange(2 * e, 2 * e + 3)
-        shapes = _lagrange(beam.x[nodes])
-        values[row, nodes], slopes[row, nodes] = shapes(place), shapes.derivative(place)
-    return _Stations(x, values, slopes)
+        values[row, nodes] = _lagrange(beam.x[nodes])(place)
+    return _Stations(x, values)
 
 
 def recovery(beam: ExactBeam, x: Array, without: frozenset[int]) -> Array:
@@ -124,18 +123,19 @@ class _Frame:
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
 
-    def _kept_forces(self, run: Run) -> list[Forces]:
+    def _kept_forces(self, run: Run) -> list[MeanForces]:
         """Return the forces of steps at the samples; at the last of one time, those of the steps behind it."""
         averages: Averages = run.prepared.own.averages
         averages.cut()
-        time, found = np.concatenate([segment.times for segment in run.record.segments]).tolist(), list[Forces]()
+        time = np.concatenate([segment.times for segment in run.record.segments]).tolist()
+        found = list[MeanForces]()
         for before, now, after, q, v in zip([None, *time], time, [*time[1:], None], self.q, self.v, strict=False):
             begins = before == now != after
             kept, other = averages.before.get(now), averages.after.get(now)
             forces = other if begins or kept is None else kept
             if forces is None:
                 at_once = self.beam.resultants(q, v, self.scenario.beam.kelvin_voigt)
-                forces = Forces(*at_once, np.zeros(len(self.touchings)))
+                forces = MeanForces(*at_once, np.zeros(len(self.touchings)))
             found.append(forces)
         return found
 
@@ -164,6 +164,11 @@ class _Frame:
             variables |= self._of_contacts()
         else:
             self.record.events = [event._replace(obstacle=0, place=0.0) for event in self.record.events]
+        if self.scenario.contact.enabled:
+            on_side = [isinstance(touching, NodeOnSide) for touching in self.touchings] if self._several else []
+            on_the_face = self.scenario.contact.surface == "section"
+            directions = np.exp(1j * (self.q[:, 2::NODE] @ self.stations.values.T)) if on_the_face else None
+            variables |= clearance_along(self.scenario, self.sections, variables, directions, on_side)
         return beam_history(self.scenario, self.record, self.samples, variables, self.section_forces, wall)
 
     def _column(self, name: str) -> np.ndarray[Any, Any]:
@@ -237,23 +242,10 @@ class _Frame:
         }
 
     def _along(self) -> dict[str, Column]:
-        """Displacements along the beam, each (samples, stations), and the distance from the slope."""
+        """Displacements along the beam, and their rates, each (samples, stations)."""
         t = self.stations
         u, rate = self._displacement(t.values, t.x)
-        found: dict[str, Column] = {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
-        if self.scenario.contact.enabled:
-            places, section = _complex(self.q), None
-            if self.scenario.contact.surface == "section":
-                phi = self.q[:, 2::NODE]
-                turn = np.exp(1j * (phi @ t.values.T))
-                section = turn, 1j * (phi @ t.slopes.T) * turn
-            axis = places @ t.values.T, places @ t.slopes.T
-            found["clearance"], found["clearance_at"], obstacle = smallest_distance(
-                self.scenario, t.x, axis, section
-            )
-            if self._several:
-                found["clearance_obstacle"] = obstacle
-        return found
+        return {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
 
     def section_forces(self) -> dict[str, Column]:
         """Section forces and bending stress, each (samples, stations), of samples at stations."""
@@ -296,7 +288,7 @@ class _Frame:
         return frozenset(
             int(np.searchsorted(ends, place.x))
             for touching, state, place in contacts
-            if state != State.FREE and not isinstance(touching, PointOnSide)
+            if state != State.FREE and not isinstance(touching, NodeOnSide)
         )
 
     def _recovery(self, without: frozenset[int]) -> Array:

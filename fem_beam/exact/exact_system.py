@@ -13,9 +13,9 @@ from oblique_impact.beam.beam import ContactPlace, contact_places
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.stops import elastic_stop
-from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
-from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
-from oblique_impact.fem_beam.exact.stop import PointOnBeam, PointOnSide, Touching
+from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
+from oblique_impact.fem_beam.exact.stop import NodeOnSide, PointOnBeam, Touching
 from oblique_impact.fem_beam.mesh import mesh_of
 from oblique_impact.kernels.workspace import Evaluation, Vectors, Workspace
 from oblique_impact.scenario.scenario import Scenario
@@ -44,7 +44,7 @@ def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
         if place.on_side:
             node = int(np.argmin(np.abs(beam.x - at[0])))
             outer = int(np.cos(scenario.initial.angle - at[1]) > 0.0)
-            found.append(PointOnSide(*common, node, at[1], (at[2], at[3]), at[4], outer))
+            found.append(NodeOnSide(*common, node, at[1], (at[2], at[3]), at[4], outer))
         else:
             found.append(PointOnBeam(*common, complex(at[0], at[1]), place.radius, at[3], at[4]))
     return found
@@ -107,11 +107,11 @@ class ExactSystem:
         return np.array([self.beam.radius * np.cos(angle), self.beam.radius * np.sin(angle), angle])
 
     @cached_property
-    def heirs(self) -> dict[int, int]:
+    def hand_over(self) -> dict[int, int]:
         """Contacts by those that they take over from at an end of a side: the tip on it, its outer corner."""
         found: dict[int, int] = {}
         for i, side in enumerate(self.touchings):
-            if isinstance(side, PointOnSide) and side.extent and side.node == self.beam.x.size - 1:
+            if isinstance(side, NodeOnSide) and side.extent and side.node == self.beam.x.size - 1:
                 points = ((j, at) for j, at in enumerate(self.touchings) if isinstance(at, PointOnBeam))
                 corners = [j for j, at in points if at.obstacle == side.obstacle]
                 found |= {i: corners[side.outer], corners[side.outer]: i} if corners else {}

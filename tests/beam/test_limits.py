@@ -6,10 +6,10 @@ import re
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.convergence import convergence_warnings, unconverged_results
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
+from oblique_impact.beam.validity.limits import friction_warnings, impact_warnings, unconverged_results
+from oblique_impact.beam_problem import beam_of
 from oblique_impact.command_line.run import summary_lines
-from oblique_impact.problem import beam_of
 
 DAMPED = "beam.kelvin_voigt=1e-5"
 SPRING = "contact.normal=spring"
@@ -24,9 +24,10 @@ STRIP = (
 )
 
 
-def said(*changes: str, contacts=(3,)) -> str:
+def said(*changes: str, most=3) -> str:
     """The one line about a run of the paper's case, "" for none."""
-    lines = convergence_warnings(beam_of(Scenario.builtin("paper", changes)), contacts)
+    scenario = Scenario.builtin("paper", changes)
+    lines = friction_warnings(scenario, most) + impact_warnings(beam_of(scenario), most)
     assert len(lines) <= 1
     return "".join(lines)
 
@@ -78,7 +79,7 @@ def test_the_damping_that_is_proposed_is_light_whatever_the_mesh(changes):
     proposed = float(re.search(r"beam\.kelvin_voigt \(([0-9.e-]+) s", line).group(1))
     assert 0.5 * proposed * lowest_elastic_frequency(Scenario()) == pytest.approx(0.002, rel=0.06)
     assert said(*changes, *advice(line), f"beam.kelvin_voigt={proposed}") == ""
-    assert said(*changes, contacts=()) == ""  # it did not come to a contact
+    assert said(*changes, most=0) == ""  # it did not come to a contact
 
 
 @pytest.mark.parametrize(
@@ -104,8 +105,8 @@ def test_damping_that_is_not_resolved_asks_for_modes_or_elements(changes):
 
 def test_a_soft_stop_that_is_met_very_often_is_named_too():
     soft = (SPRING, "contact.stiffness=1e7")
-    assert said(*soft, contacts=(20, 3)) == ""
-    assert "met 21 times" in said(*soft, contacts=(3, 21))
+    assert said(*soft, most=20) == ""
+    assert "met 21 times" in said(*soft, most=21)
 
 
 def test_places_that_touch_a_bed_at_once_meet_it_once():

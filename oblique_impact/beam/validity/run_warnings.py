@@ -1,0 +1,72 @@
+"""All warnings of a run of a beam, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.validity.integration import ambiguity_warnings, energy_warnings
+from oblique_impact.beam.validity.limits import (
+    ALL,
+    friction_warnings,
+    impact_warnings,
+    most_meetings,
+    truncation_warnings,
+    unconverged_results,
+)
+from oblique_impact.beam.validity.passing import passing_warnings
+from oblique_impact.beam.validity.plausibility import implausible_values
+from oblique_impact.beam.validity.small_deflection import deflection_warnings
+from oblique_impact.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from oblique_impact.marching.records import Record
+
+
+def run_warnings(
+    scenario: Scenario,
+    record: Record,
+    variables: Mapping[str, Any],
+    summary: Mapping[str, Any],
+    beam: Beam | None = None,
+) -> tuple[list[str], list[str]]:
+    """Return the warnings of a run, and the entries of its macro-collisions that have no limit.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What was simulated.
+    record : Record
+        Its contacts.
+    variables : mapping of str to ndarray
+        The variables of its history.
+    summary : mapping
+        Its macro-collisions, passages of slope ends and balance of energy.
+    beam : Beam, optional
+        Its model of small deflections; None of the exact beam, which bends as far as it likes.
+    """
+    of_model, without_limit = list[str](), unconverged_results(scenario)
+    if beam is not None:
+        most = most_meetings(scenario, record.contacts, summary["macro_collisions"])
+        of_impacts = impact_warnings(beam, most)
+        if of_impacts:
+            without_limit = ALL
+        of_model = [
+            *deflection_warnings(beam, variables),
+            *friction_warnings(scenario, most),
+            *of_impacts,
+            *truncation_warnings(beam, variables),
+        ]
+    kinetic, elastic, gravity = (variables[f"energy_{part}"] for part in ("kinetic", "elastic", "gravity"))
+    parts = float(np.max(kinetic + np.abs(elastic) + np.abs(gravity)))
+    warnings = [
+        *implausible_values(scenario),
+        *passing_warnings(scenario, variables, summary["slope_ends"]),
+        *ambiguity_warnings(record.ambiguous),
+        *of_model,
+        *energy_warnings(summary["energy"], float(np.max(kinetic)), parts, scenario.solver.scheme),
+    ]
+    return warnings, list(without_limit)
