@@ -56,7 +56,9 @@ def validate(
 
 
 def refine(
-    scenario: ScenarioArgument = "paper",
+    scenario: Annotated[
+        str, typer.Argument(metavar="[SCENARIO]", help="A built-in scenario, a TOML file, or the file of a study.")
+    ] = "paper",
     elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
     modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
     steps: Annotated[str | None, typer.Option(help="Free steps in s; contact steps keep their ratio.")] = None,
@@ -78,7 +80,7 @@ def refine(
     ] = False,
     study: Annotated[
         str | None,
-        typer.Option(help="A shipped study: elements, steps, remedies, rigid-stop, anywhere or predictability."),
+        typer.Option(hidden=True, help="Studies are files now."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
@@ -90,52 +92,34 @@ def refine(
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies.refinement import lines, parse_levels
-    from oblique_impact.validation.studies.refinement import refine as compute
+    from oblique_impact.validation.studies import predictability as sensitivity
+    from oblique_impact.validation.studies import refinement
+    from oblique_impact.validation.studies.series import is_study
 
-    how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
+    if study is not None:
+        words = "studies are TOML files, in docs/studies of the sources and of the documentation"
+        raise InputError(f"--study {study}: {words}; oblique-impact refine docs/studies/{study}.toml")
     axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
-    axes = {axis: text for axis, text in axes.items() if text is not None}
-    given: dict[str, Any] = {"predictability": predictability, "study": study, **axes}
-    given |= {"quantity": quantities, "within": within, "set": changes}
-    if study is not None and scenario != "paper":
-        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    if predictability or study == "predictability":
-        found = _without_levels(scenario, given, how)
+    given: dict[str, Any] = {**axes, "quantity": quantities, "within": within}
+    how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
+    how["name"] = Path(scenario).name
+    if predictability:
+        for name, value in given.items():
+            if value:
+                raise InputError(f"--{name} together with --predictability: does not apply")
+        with counting_bar("predictability") as show:
+            found = sensitivity.predictability(Scenario.load(scenario, changes or []), on_progress=show, **how)
+        lines = repr(found).splitlines()
     else:
-        with counting_bar(study or "refine") as show:
-            result = compute(
-                None if study else Scenario.load(scenario, changes or []),
-                quantities=quantities or (),
-                study=study,
-                changes=changes or () if study else (),
-                within=within,
-                name=Path(scenario).name,
-                on_progress=show,
-                **{axis: parse_levels(axis, text) for axis, text in axes.items()},  # type: ignore[arg-type]
-                **how,
-            )
-        found = lines(result)
-    print_result([*found, f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
-
-
-def _without_levels(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Measure the sensitivity to the initial angle; returns lines.
-
-    Raises InputError for an option that does not apply.
-    """
-    from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies import predictability, shipped
-
-    study = given["study"]
-    asked, allowed = (f"--study {study}", ["study"]) if study else ("--predictability", ["predictability", "set"])
-    for name, value in given.items():
-        if value and name not in allowed:
-            raise InputError(f"--{name} together with {asked}: does not apply")
-    with counting_bar(study or "predictability") as show:
-        cases = shipped.predictability_cases() if study else Scenario.load(scenario, given["set"] or [])
-        how |= {"name": study or Path(scenario).name, "on_progress": show}
-        return predictability.lines(predictability.predictability(cases, **how))
+        how |= {axis: refinement.parse_levels(axis, text) for axis, text in axes.items() if text is not None}
+        how |= {"quantities": quantities or (), "within": within}
+        with counting_bar("refine") as show:
+            if is_study(scenario):
+                result = refinement.refine(scenario, changes=changes or (), on_progress=show, **how)
+            else:
+                result = refinement.refine(Scenario.load(scenario, changes or []), on_progress=show, **how)
+        lines = refinement.lines(result)
+    print_result([*lines, f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
 def reproduce(
@@ -154,7 +138,7 @@ def reproduce(
 
 
 def sweep(
-    source: Annotated[str, typer.Argument(metavar="SWEEP", help="A shipped study or a TOML file.")],
+    source: Annotated[str, typer.Argument(metavar="SWEEP", help="A TOML file.")],
     out: Annotated[
         Path, typer.Option("--out", help="Folder for the results; an interrupted sweep goes on there.")
     ] = Path("out/sweep"),

@@ -287,7 +287,9 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
     """
     name, path = os.fspath(source), Path(source)
     if not os.path.isfile(path):
-        raise refused("sweep", name, "not a file; sweeps to start from are in docs/studies, and in the documentation")
+        raise refused(
+            "sweep", name, "not a file; sweeps to start from are in docs/studies, and in the documentation"
+        )
     try:
         text = read_text(path)
     except (OSError, ValueError) as error:

@@ -266,8 +266,8 @@ def refine(
     Parameters
     ----------
     source : Scenario, Study or path
-        What is refined: a scenario, with levels; or a study, which has its own, such as a file of docs/studies (see
-        :class:`~oblique_impact.validation.studies.series.StudySection`).
+        What is refined: a scenario, with levels; or a study, which has its own, such as a file of docs/studies
+        (:class:`~oblique_impact.validation.studies.series.StudySection` says what it holds).
     elements, modes : sequence of int, optional
         Levels, ascending; of these and the next three exactly one is given, with at least three levels.
     steps : sequence of float, optional

@@ -1,4 +1,4 @@
-"""Refinement series: one scenario over the levels of one axis; studies of several, and the files that describe them."""
+"""Refinement series: one scenario over the levels of one axis; studies of several, and their files."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ FEWEST, MOST = 3, 16
 
 
 def check_levels(axis: str, levels: Sequence[float], what: str) -> None:
-    """Raise InputError, which begins with `what`, unless there are enough levels, each finer than the one before."""
+    """Raise InputError that begins with `what` unless there are enough levels, each finer than the one before."""
     rising, text = AXES[axis].rising, ",".join(f"{level:g}" for level in levels)
     if not all(math.isfinite(level) and level > 0.0 for level in levels):
         raise InputError(f"{what} {text}: should be numbers above 0")
@@ -211,8 +211,9 @@ class StudySection(_SeriesKeys):
     """The table `[study]` of a study file: its text, and `[[study.series]]` with what they have in common.
 
     `scenario` is a built-in name or a file beside this one; `axis` is "elements", "modes", "steps", "stiffness",
-    "tolerances" or "nodes alone", with `levels` from coarse to fine; `orders` are those that the method declares, by
-    quantity; `tolerance` is the relative uncertainty at which a quantity counts as converged.
+    "tolerances" or "nodes alone" (ends of sides at the last node within them), with `levels` from coarse to fine;
+    `orders` are those that the method declares, by quantity; `tolerance` is the relative uncertainty at which a
+    quantity counts as converged.
     """
 
     title: Annotated[str, AfterValidator(plain_text)]

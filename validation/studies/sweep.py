@@ -100,7 +100,7 @@ def sweep(
     Parameters
     ----------
     source : str, path, SweepFile or Plan
-        A shipped sweep by name, a sweep file, or what such a file would say.
+        A sweep file, or what such a file would say.
     out : path
         Folder; a sweep that was interrupted there goes on.
     base : Scenario, optional
