@@ -7,7 +7,6 @@ import html
 import json
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +17,8 @@ from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
 from oblique_impact.validation.studies.refinement import declared_orders, lines, report, sizes_of
 from oblique_impact.validation.studies.series import AXES, RefinementSeries, Study, load_study
+from tests import STUDIES
 from tests.refusals import refused_in_one_line
-
-STUDIES = Path(__file__).parents[2] / "docs" / "studies"
 
 PAPER = Scenario.builtin("paper")
 RIGID = PAPER.replace(end_time=0.335, discretization__frame="mean-axis")

@@ -1,7 +1,8 @@
 """Sensitivity to the initial angle: a sweep over it, and the growth of what it moves, see `RULE`.
 
 Perturbed runs start at angles that differ by up to a hundred-millionth and a millionth of a radian, which nobody
-could measure; less where the beam starts so close to an obstacle that it would touch it, or stand on its other side.
+could measure; by less where the beam starts so close to an obstacle that it would touch it, or pass to its other
+side.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNO
 RULE = (
     "The growth of a time t is max |t(θ₀ + d) − t(θ₀)| / (|d| T) over runs with perturbed initial angles, T the "
     "time of the first touch-down, at least the clustering time of contacts: about 1 if the motion carries a "
-    "difference along, and more if each contact magnifies it. d is less than half of what would close an open gap.",
+    "difference along, more if each contact magnifies it. d is less than half of what would close an open gap.",
     f"A macro-collision is predictable up to a growth of {SMALL:g} of its start, sensitive up to {LARGE:g}, and "
     "not predictable from there on or if the physics stops a perturbed run before it: rounding, a tolerance or "
     "another compiler move it as far, and its spread is given instead. A perturbed run that reaches its end time "
@@ -107,16 +108,17 @@ class Predictability:
     @property
     def remarks(self) -> list[str]:
         """Sentences: why there are no collisions, which perturbed runs are left out, warnings of the run."""
-        own, perturbed = _parted(self.scenario, self.frame)
-        (run,), remarks = own.to_dict("records"), list[str]()
+        angle, remarks = self.scenario.initial.angle, list[str]()
+        turned = self.frame["initial.angle"] != angle
+        (run,) = self.frame[~turned].to_dict("records")
         if run["outcome"] in FAILURES:
             remarks.append(f"the unperturbed run failed: {run['outcome']}: {run['message']}")
         elif self.collisions.empty:
             words = ": ".join(filter(None, (run["outcome"], run["message"])))
             remarks.append(f"no contact until {run['stopped_at']:.6g} s: {words}")
         remarks += [
-            f"perturbed run at {row['offset']:.3g} rad left out: {row['outcome']}: {row['message']}"
-            for row in perturbed[perturbed["outcome"].isin(FAILURES)].to_dict("records")
+            f"perturbed run at {row['initial.angle'] - angle:.3g} rad left out: {row['outcome']}: {row['message']}"
+            for row in self.frame[turned & self.frame["outcome"].isin(FAILURES)].to_dict("records")
         ]
         return remarks + [f"warning: {warning}" for warning in run["warnings"].splitlines()]
 
@@ -228,20 +230,14 @@ def closing_turn(scenario: Scenario) -> float:
     return min(turns)
 
 
-def _parted(scenario: Scenario, frame: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the row of the unperturbed run, and those of the others, with the `offset` of their angle (rad)."""
-    frame = frame.assign(offset=frame["initial.angle"] - scenario.initial.angle)
-    return frame[frame["offset"] == 0.0], frame[frame["offset"] != 0.0]
-
-
 def judge(scenario: Scenario, frame: pd.DataFrame, name: str = "scenario", seconds: float = 0.0) -> Predictability:
     """Judge a scenario by the frame of a sweep over its initial angle, which was asked for event:1 and start:1.
 
     More such quantities, "collision_impulse:1" and "collision_contacts:1" are taken as far as they are there.
     """
-    own, perturbed = _parted(scenario, frame)
-    perturbed = perturbed[~perturbed["outcome"].isin(FAILURES)]
-    rows, offsets = pd.concat([own, perturbed]), perturbed["offset"].abs().to_numpy(float)
+    turned, failed = frame["initial.angle"] != scenario.initial.angle, frame["outcome"].isin(FAILURES)
+    rows = pd.concat([frame[~turned], frame[turned & ~failed]])
+    offsets = (rows["initial.angle"] - scenario.initial.angle).abs().to_numpy(float)[1:]
 
     def table(kind: str) -> Array:
         """Return the quantities "kind:1", "kind:2", ... of all runs, shape (runs, numbers)."""
@@ -255,8 +251,8 @@ def judge(scenario: Scenario, frame: pd.DataFrame, name: str = "scenario", secon
     unit = max(float(events[0, 0]), macro_gap(scenario)) if begins else scenario.end_time
     # a perturbed run that came to its end without such a time would have had it later, which is a lower bound; one
     # that the physics stopped will never have it
-    completed = perturbed["outcome"] == Outcome.COMPLETED.label
-    ends = perturbed["stopped_at"].where(completed, math.inf).to_numpy()[:, None]
+    completed = rows["outcome"] == Outcome.COMPLETED.label
+    ends = rows["stopped_at"].where(completed, math.inf).to_numpy()[1:, None]
     shifts, moved = (
         np.where(np.isnan(times[1:]), ends - times[0], np.abs(times[1:] - times[0])) for times in (starts, events)
     )

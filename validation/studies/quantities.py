@@ -96,8 +96,8 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
 def quantity_table() -> pd.DataFrame:
     """Return the quantities that a study can be asked for, a row each: name, unit, meaning.
 
-    VARIABLE is a variable of a history over time or `energy`, for `max:`, `min:` and `peak:` also one of the section
-    forces along the beam; TIME and SECONDS are in s, N counts from 1.
+    VARIABLE is a variable of a history over time or `energy`, for `max:`, `min:` and `peak:` also one of the
+    section forces along the beam; TIME and SECONDS are in s, N counts from 1.
 
     Examples
     --------
