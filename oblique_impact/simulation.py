@@ -13,7 +13,7 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.convergence import ALL, convergence_warnings, impacts_magnify, truncation_warnings
-from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.small_deflection import deflection_warnings
 from oblique_impact.contact.friction import Coulomb, FrictionLaw, Frictionless
@@ -161,7 +161,7 @@ def simulate_system(
     axial_flexibility: float = 0.0,
     gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
-    macro_gap: float = 0.0,
+    clustering_time: float = 0.0,
     on_progress: ProgressCallback | None = None,
 ) -> History:
     """Run a small user-defined system, in plain Python, through the same states and schemes.
@@ -193,7 +193,7 @@ def simulate_system(
         :func:`~oblique_impact.problem.system_scales`.
     breakpoints : tuple of float
         Times (s) at which the forces are not smooth; steps end there.
-    macro_gap : float
+    clustering_time : float
         Contacts less than this apart (s) are one macro-collision; by default each contact is one, because a system
         without a beam has no period to compare with.
 
@@ -251,7 +251,7 @@ def simulate_system(
         return Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
 
     samples = gather(record.segments, system.size, energies)
-    summary = summarize(record, samples, wall, macro_gap)
+    summary = summarize(record, samples, wall, clustering_time)
     if record.ambiguous:
         summary["warnings"] = ambiguity_warnings(record.ambiguous)
     history = History(dataset(samples.variables()), record.events, summary, None, record.contacts)
@@ -310,7 +310,7 @@ def _contacts_in_a_row(scenario: Scenario, contacts: Sequence[Contact]) -> list[
     slowest = min(map(abs, frequencies)) if frequencies[0] * frequencies[1] > 0.0 else 0.0
     if base.is_shaken and not base.table and slowest > 0.0:
         most = int(np.max(np.searchsorted(starts, starts + 1.0 / slowest) - np.arange(most), initial=0))
-    return [min(c.contacts, most) for c in macro_collisions(meetings, macro_gap(scenario))]
+    return [min(c.contacts, most) for c in macro_collisions(meetings, clustering_time(scenario))]
 
 
 def _unless_interrupted(history: History) -> History:

@@ -21,7 +21,7 @@ from xarray.backends import H5NetCDFStore
 
 from oblique_impact.beam.clearance import closest, slope_warnings
 from oblique_impact.beam.convergence import unconverged_results
-from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import State
 from oblique_impact.errors import FileWarning, InputError, Outcome
@@ -174,7 +174,7 @@ class History:
         return found
 
     @property
-    def macro_gap(self) -> float:
+    def clustering_time(self) -> float:
         """Contacts less than this apart (s) are one macro-collision."""
         return float(self.summary["macro_gap"])
 
@@ -411,7 +411,7 @@ def beam_history(
     if scenario.contact.where == "point":
         point = scenario.contact.point
         record.contacts = [c._replace(first_place=point, last_place=point) for c in record.contacts]
-    summary = summarize(record, samples, wall, macro_gap(scenario))
+    summary = summarize(record, samples, wall, clustering_time(scenario))
     kinetic, parts = samples.kinetic, samples.kinetic + np.abs(samples.elastic) + np.abs(samples.gravity)
     summary["clearance"] = closest(variables, scenario.beam.length)
     summary["without_limit"] = list(unconverged_results(scenario))

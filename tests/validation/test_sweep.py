@@ -277,10 +277,7 @@ def test_pictures_of_one_and_two_axes(text, pictures, label):
 
 REFUSED = {
     "a sweep by name": (("friction",), "docs/studies"),
-    "workers and scheduler": (
-        (FRICTION, "--workers", "2", "--scheduler", "tcp://h:1"),
-        "--scheduler",
-    ),
+    "workers and scheduler": ((FRICTION, "--workers", "2", "--scheduler", "tcp://h:1"), "--scheduler"),
     "no address": ((FRICTION, "--scheduler", "nowhere"), "tcp://host:8786"),
 }
 

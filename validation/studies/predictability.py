@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
@@ -248,7 +248,7 @@ def judge(scenario: Scenario, frame: pd.DataFrame, name: str = "scenario", secon
     count = starts.shape[1]
     impulses, contacts = table("collision_impulse")[:, :count], table("collision_contacts")[:, :count]
     begins = events.size and events[0, 0] > 0.0
-    unit = max(float(events[0, 0]), macro_gap(scenario)) if begins else scenario.end_time
+    unit = max(float(events[0, 0]), clustering_time(scenario)) if begins else scenario.end_time
     # a perturbed run that came to its end without such a time would have had it later, which is a lower bound; one
     # that the physics stopped will never have it
     completed = rows["outcome"] == Outcome.COMPLETED.label

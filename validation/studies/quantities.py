@@ -81,8 +81,8 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     if colon and extreme in _EXTREMES and variable in known:
         unit, meaning = known[variable]
         words, find = _EXTREMES[extreme]
-        measure = lambda history: float(find(_values(history, variable)))  # noqa: E731
-        return Quantity(name, unit, f"{words} {meaning} among the samples", measure)
+        of_samples = f"{words} {meaning} among the samples"
+        return Quantity(name, unit, of_samples, lambda history: float(find(_values(history, variable))))
     known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
     raise UnknownQuantityError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
@@ -267,7 +267,7 @@ def _collision(history: History, number: int = 0) -> dict[str, Any]:
     collision = history.macro_collisions[number]
     if len(history.macro_collisions) == number + 1:
         end, completed = history.end_time, history.outcome is Outcome.COMPLETED
-        if not completed and end - collision["end"] < history.macro_gap:
+        if not completed and end - collision["end"] < history.clustering_time:
             raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")
