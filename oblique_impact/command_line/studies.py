@@ -100,26 +100,27 @@ def refine(
         words = "studies are TOML files, in docs/studies of the sources and of the documentation"
         raise InputError(f"--study {study}: {words}; oblique-impact refine docs/studies/{study}.toml")
     axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
-    given: dict[str, Any] = {**axes, "quantity": quantities, "within": within}
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     how["name"] = Path(scenario).name
+    result: object
     if predictability:
-        for name, value in given.items():
+        for name, value in {**axes, "quantity": quantities, "within": within}.items():
             if value:
                 raise InputError(f"--{name} together with --predictability: does not apply")
+        base = Scenario.load(scenario, changes or [])
         with counting_bar("predictability") as show:
-            found = sensitivity.predictability(Scenario.load(scenario, changes or []), on_progress=show, **how)
-        lines = repr(found).splitlines()
+            result = sensitivity.predictability(base, on_progress=show, **how)
     else:
         how |= {axis: refinement.parse_levels(axis, text) for axis, text in axes.items() if text is not None}
         how |= {"quantities": quantities or (), "within": within}
+        source: Any = scenario
+        if is_study(scenario):
+            how["changes"] = changes or ()
+        else:
+            source = Scenario.load(scenario, changes or [])
         with counting_bar("refine") as show:
-            if is_study(scenario):
-                result = refinement.refine(scenario, changes=changes or (), on_progress=show, **how)
-            else:
-                result = refinement.refine(Scenario.load(scenario, changes or []), on_progress=show, **how)
-        lines = refinement.lines(result)
-    print_result([*lines, f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
+            result = refinement.refine(source, on_progress=show, **how)
+    print_result([*repr(result).splitlines(), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
 def reproduce(

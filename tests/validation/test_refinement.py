@@ -15,7 +15,7 @@ from oblique_impact import InputError, Scenario
 from oblique_impact.validation import refine
 from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
-from oblique_impact.validation.studies.refinement import declared_orders, lines, report, sizes_of
+from oblique_impact.validation.studies.refinement import declared_orders, report, sizes_of
 from oblique_impact.validation.studies.series import AXES, RefinementSeries, Study, load_study
 from tests import STUDIES
 from tests.refusals import refused_in_one_line
@@ -76,7 +76,7 @@ def test_every_study_of_the_documentation_can_be_planned(name):
     study = load_study(STUDIES / f"{name}.toml")
     assert study.name == name
     assert study.title
-    assert study.text
+    assert study.description
     for series in study.series:
         assert len(series.runs()) >= 3
         assert set(series.declared) <= set(series.quantities)
@@ -158,7 +158,7 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end():
     first, later = found.results
     assert first.analysis.verdict == CONVERGED
     assert later.analysis.verdict == NO_VERDICT
-    assert any(line.startswith("  modes 3: painleve at t = 0.3237") for line in lines(result))
+    assert any(line.startswith("  modes 3: painleve at t = 0.3237") for line in repr(result).splitlines())
     table = result.to_dataframe()
     assert len(table) == 2 * 3
     assert table["gap"].iloc[-1] == later.gaps[-1]
@@ -209,7 +209,7 @@ def test_remarks_and_changes_are_in_lines_and_report():
     uneven, warning = result.series[1].remarks
     assert f"differs from level to level ({', '.join(map(str, counts))})" in uneven
     assert warning.startswith("warning (modes 1, 2, 3): contact.normal: a rigid stop")
-    page, told = html.unescape(report(result).html()), lines(result)
+    page, told = html.unescape(report(result).html()), repr(result).splitlines()
     assert all(f"  {remark}" in told and readable(remark[1:]) in page for remark in (no_limit, uneven, warning))
     differ = next(block for block in report(result).overview if block.caption == "Parameters that differ.")
     keys = {row[1].text: [value.text for value in row[3:]] for row in differ.cells()}

@@ -290,14 +290,20 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
         raise refused(
             "sweep", name, "not a file; sweeps to start from are in docs/studies, and in the documentation"
         )
+    data = read_toml(path, "sweep")
+    try:
+        return plan_of(SweepFile.from_dict(data), path.parent, base)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """Read a TOML file; raises InputError in one line, which calls a file that cannot be read `what`."""
     try:
         text = read_text(path)
     except (OSError, ValueError) as error:
-        raise refused("sweep", name, f"cannot be read: {short(str(error))}") from None
-    try:
-        return plan_of(SweepFile.from_dict(parse_toml(text, name)), path.parent, base)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise refused(what, str(path), f"cannot be read: {short(str(error))}") from None
+    return parse_toml(text, str(path))
 
 
 def scenario_beside(name: str, folder: Path) -> Scenario:

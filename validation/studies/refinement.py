@@ -96,7 +96,7 @@ class QuantityResult:
 
     def __repr__(self) -> str:
         """Return value, verdict and reason in a line."""
-        return f"<{self.quantity.name}: {self.finest}, {self.analysis.words} ({self.analysis.reason})>"
+        return f"{self.quantity.name:24} {self.finest:32} {self.analysis.words} ({self.analysis.reason})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,8 +110,14 @@ class SeriesResult:
     results: tuple[QuantityResult, ...]
 
     def __repr__(self) -> str:
-        """Return a line for each quantity."""
-        return "\n".join([f"<SeriesResult: {self.refined.name}>", *(f"  {item!r}" for item in self.results)])
+        """Return what the terminal shows: levels that did not complete, a line for each quantity, remarks."""
+        shown = list[object]()
+        for run in self.runs.to_dict("records"):
+            if run["outcome"] != Outcome.COMPLETED.label:
+                words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
+                shown.append(f"{self.axis.label} {run['level']:g}: {words}")
+        shown += [*self.results, *self.remarks]
+        return "\n".join([f"{self.refined.name}:", *(f"  {line}" for line in shown)])
 
     @property
     def axis(self) -> Axis:
@@ -192,12 +198,8 @@ class StudyResult:
         return report(self)._repr_html_()
 
     def __repr__(self) -> str:
-        """Return a line for each quantity, and what stands against them."""
-        names = ", ".join(found.refined.name for found in self.series)
-        shown = [f"<StudyResult: {names}; {self.seconds:.1f} s>"]
-        for found in self.series:
-            shown += [f"  {line}" for line in (*map(repr, found.results), *found.remarks)]
-        return "\n".join(shown)
+        """Return what the terminal shows of each series."""
+        return "\n".join(map(repr, self.series))
 
 
 def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:
@@ -352,22 +354,6 @@ def parse_levels(axis: str, text: str) -> list[float]:
         raise InputError(f"--{axis} {text}: should be numbers separated by commas") from None
 
 
-def lines(result: StudyResult) -> list[str]:
-    """Return what a study found in lines, for a terminal."""
-    found = []
-    for part in result.series:
-        found.append(f"{part.refined.name}:")
-        for run in part.runs.to_dict("records"):
-            if run["outcome"] != Outcome.COMPLETED.label:
-                words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
-                found.append(f"  {part.axis.label} {run['level']:g}: {words}")
-        for item in part.results:
-            a = item.analysis
-            found.append(f"  {item.quantity.name:24} {item.finest:32} {a.words} ({a.reason})")
-        found += [f"  {remark}" for remark in part.remarks]
-    return found
-
-
 def declared_orders(axis: str, scenario: Scenario, quantities: Sequence[str]) -> dict[str, float]:
     """Return the orders that hold for any scenario, by quantity; few do.
 
@@ -439,7 +425,7 @@ def report(result: StudyResult) -> Report:
     refined = "What is refined changes from level to level."
     return Report(
         f"Refinement study: {result.study.title}",
-        result.study.text,
+        result.study.description,
         result.seconds,
         facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
         overview=[

@@ -13,13 +13,12 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import read_text
-from oblique_impact.scenario.messages import one_of, plain_text, refused, short
+from oblique_impact.scenario.messages import one_of, plain_text, refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.toml import flat_keys, parse_toml
+from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.studies.convergence import TOLERANCE
-from oblique_impact.validation.studies.design import Keys, check_keys, scenario_beside
+from oblique_impact.validation.studies.design import Keys, check_keys, read_toml, scenario_beside
 from oblique_impact.validation.studies.quantities import default_quantities, quantity
 from oblique_impact.validation.studies.study import Run
 
@@ -182,7 +181,7 @@ class Study:
 
     name: str
     title: str
-    text: str
+    description: str
     series: tuple[RefinementSeries, ...]
     tolerance: float = TOLERANCE
 
@@ -217,7 +216,7 @@ class StudySection(_SeriesKeys):
     """
 
     title: Annotated[str, AfterValidator(plain_text)]
-    text: str = ""
+    description: str = ""
     tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = TOLERANCE
     series: Annotated[list[SeriesSection], Field(min_length=1)]
 
@@ -244,8 +243,8 @@ class StudySection(_SeriesKeys):
 def is_study(source: str | os.PathLike[str]) -> bool:
     """Return whether a path is that of a TOML file with a table `[study]`."""
     try:
-        return "study" in parse_toml(read_text(Path(source)), "")
-    except (OSError, ValueError, InputError):
+        return "study" in read_toml(Path(source), "study")
+    except InputError:
         return False
 
 
@@ -258,11 +257,7 @@ def load_study(source: str | os.PathLike[str]) -> Study:
     (32.0, 64.0, 128.0, 256.0)
     """
     path = Path(source)
-    try:
-        text = read_text(path)
-    except (OSError, ValueError) as error:
-        raise refused("study", str(path), f"cannot be read: {short(str(error))}") from None
-    data = parse_toml(text, str(path))
+    data = read_toml(path, "study")
     if set(data) != {"study"}:
         raise InputError(f"{path}: a study file has the table [study] and nothing else")
     try:
@@ -278,4 +273,4 @@ def load_study(source: str | os.PathLike[str]) -> Study:
                 raise InputError(f"series.{number}.{error}") from None
     except InputError as error:
         raise InputError(f"{path}: study.{error}") from None
-    return Study(path.stem, section.title, section.text, tuple(series), section.tolerance)
+    return Study(path.stem, section.title, section.description, tuple(series), section.tolerance)
