@@ -56,9 +56,7 @@ def validate(
 
 
 def refine(
-    scenario: Annotated[
-        str, typer.Argument(metavar="[SCENARIO]", help="A built-in scenario, a TOML file, or the file of a study.")
-    ] = "paper",
+    scenario: ScenarioArgument = "paper",
     elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
     modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
     steps: Annotated[str | None, typer.Option(help="Free steps in s; contact steps keep their ratio.")] = None,
@@ -90,15 +88,15 @@ def refine(
     timeout: TimeoutOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
+    """Refine elements, modes, steps or a stop's stiffness, or run a study file; writes report.html and results."""
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.validation.studies import predictability as sensitivity
     from oblique_impact.validation.studies import refinement
     from oblique_impact.validation.studies.series import is_study
 
     if study is not None:
-        words = "studies are TOML files, in docs/studies of the sources and of the documentation"
-        raise InputError(f"--study {study}: {words}; oblique-impact refine docs/studies/{study}.toml")
+        words = f"is a file, docs/studies/{study}.toml of the sources and of the documentation"
+        raise InputError(f"--study {study}: a study {words}: refine FILE, or sweep FILE for a sweep")
     axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     how["name"] = Path(scenario).name
