@@ -149,7 +149,6 @@ def sweep(
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
     from oblique_impact.validation.studies.design import load_plan
     from oblique_impact.validation.studies.parallel import check_limits
-    from oblique_impact.validation.studies.sweep import lines
     from oblique_impact.validation.studies.sweep import sweep as compute
 
     check_limits(scheduler, workers, timeout)
@@ -161,7 +160,7 @@ def sweep(
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, **how)
-    print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
+    print_result([*repr(result).splitlines(), f"results: {out}"], result.to_dict, as_json)
 
 
 def fit(
