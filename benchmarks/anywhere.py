@@ -1,6 +1,6 @@
 """A beam that lies down on a table, by its mesh: the picture of docs/convergence.md.
 
-python benchmarks/anywhere.py [FOLDER]      runs `refine --study anywhere` there (ten minutes) or takes its rows
+python benchmarks/anywhere.py [FOLDER]      runs docs/studies/anywhere.toml there (ten minutes) or takes its rows
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from oblique_impact.renders.style import PAGE, figure_style
 from oblique_impact.validation import refine
 
 DOCS = Path(__file__).parents[1] / "docs"
-#: by panel: title, ladders with their legends
+#: by panel: title, series with their legends
 PANELS = {
     "edge, damped": {
         "edge, plastic, nodes alone": "nodes alone",
@@ -35,12 +35,12 @@ COLOURS = {"nodes alone": 2, "plastic": 0, "no inertia": 1}
 
 def main(folder: Path) -> None:
     """Draw the impulses over the number of elements."""
-    ladders = {found.ladder.name: found for found in refine(study="anywhere", out=folder).ladders}
+    found = {one.refined.name: one for one in refine(DOCS / "studies" / "anywhere.toml", out=folder).series}
     with figure_style(PAGE):
         figure = Figure(figsize=(9.2, 3.4), layout="constrained")
         for axes, (title, names) in zip(figure.subplots(1, 3), PANELS.items(), strict=True):
             for name, legend in names.items():
-                levels, values = ladders[name].ladder.levels, ladders[name].quantity("impulse").values
+                levels, values = found[name].refined.levels, found[name].quantity("impulse").values
                 axes.semilogx(
                     levels, values, "o-", color=PAGE.series[COLOURS[legend]], markersize=4.5, label=legend
                 )

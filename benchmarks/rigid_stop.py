@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 
 from oblique_impact import Outcome, Scenario, simulate
 from oblique_impact.renders.style import PAGE, figure_style
-from oblique_impact.validation.studies.predictability import predictability
+from oblique_impact.validation.studies.predictability import perturbed_runs
+from oblique_impact.validation.studies.study import run_study
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE = DOCS / "rigid-stop.json"
@@ -104,9 +105,10 @@ def keep(data: dict[str, Any], name: str, value: Any) -> None:
 
 def ensemble(scenario: Scenario) -> list[list[float]]:
     """Return offsets of the angle (rad), starts of the second collision (s), impulses (N s), contacts."""
-    case = predictability(scenario, shadows=6, perturbations=PERTURBATIONS).cases[0]
+    frame = run_study(perturbed_runs(scenario, PERTURBATIONS, count=6))
+    offsets = frame["initial.angle"] - scenario.initial.angle
     names = ("start:2", "collision_impulse:1", "collision_contacts:1")
-    return [case.frame[name].tolist() for name in ("offset", *names)]
+    return [offsets.tolist(), *(frame[name].tolist() for name in names)]
 
 
 def draw_ensembles(data: dict[str, Any]) -> None:

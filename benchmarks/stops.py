@@ -1,4 +1,4 @@
-"""The shipped sweep `stops`: the 800 steady responses behind a picture of the gallery.
+"""The sweep docs/studies/stops.toml: the 800 steady responses behind a picture of the gallery.
 
     python benchmarks/stops.py        136 s on two cores: 230 s of processor time
 
@@ -12,13 +12,14 @@ from pathlib import Path
 
 from oblique_impact.validation import sweep
 
-STORE = Path(__file__).parents[1] / "docs" / "stops.csv"
+DOCS = Path(__file__).parents[1] / "docs"
+STORE = DOCS / "stops.csv"
 DIGITS = 4
 
 
 def main() -> None:
     """Run, and keep the numbers; what an interrupted run has computed lies in out/stops."""
-    result = sweep("stops", "out/stops")
+    result = sweep(DOCS / "studies" / "stops.toml", "out/stops")
     names = [quantity.name for quantity in result.plan.quantities]
     kept = result.frame[["slope.enabled", "base.frequency", "direction", *names, "samples"]].copy()
     kept["samples"] = [rounded(text) for text in kept["samples"]]

@@ -3,7 +3,7 @@ A strip between stops
 =====================
 
 A clamped steel strip on a shaken base, 2 mm from one stop or between two: its steady response at 200 frequencies,
-up and down, each from the state in which the one before has ended. This is the shipped sweep ``stops``; its
+up and down, each from the state in which the one before has ended: the sweep ``docs/studies/stops.toml``. Its
 numbers are kept beside this page; ``benchmarks/stops.py`` computes them in two minutes and a quarter on two cores.
 """
 
@@ -19,8 +19,9 @@ from oblique_impact.validation import periodic_response
 from oblique_impact.validation.studies.design import load_plan
 from oblique_impact.validation.studies.maps import draw_responses
 
-plan = load_plan("stops")
-kept = pd.read_csv(Path(renders.__file__).parents[1] / "docs" / "stops.csv")
+docs = Path(renders.__file__).parents[1] / "docs"
+plan = load_plan(docs / "studies" / "stops.toml")
+kept = pd.read_csv(docs / "stops.csv")
 columns = {"one stop": kept[~kept["slope.enabled"]], "stops on both sides": kept[kept["slope.enabled"]]}
 
 # %%

@@ -151,7 +151,7 @@ def simulate_system(
     axial_flexibility: float = 0.0,
     gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
-    macro_gap: float = 0.0,
+    clustering_time: float = 0.0,
     on_progress: ProgressCallback | None = None,
 ) -> History:
     """Run a small user-defined system, in plain Python, through the same states and schemes.
@@ -183,7 +183,7 @@ def simulate_system(
         :func:`~oblique_impact.beam_problem.system_scales`.
     breakpoints : tuple of float
         Times (s) at which the forces are not smooth; steps end there.
-    macro_gap : float
+    clustering_time : float
         Contacts less than this apart (s) are one macro-collision; by default each contact is one, because a system
         without a beam has no period to compare with.
 
@@ -241,7 +241,7 @@ def simulate_system(
         return Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
 
     samples = gather(record.segments, system.size, energies)
-    summary = summarize(record, samples, wall, macro_gap)
+    summary = summarize(record, samples, wall, clustering_time)
     if record.ambiguous:
         summary["warnings"] = ambiguity_warnings(record.ambiguous)
     history = History(dataset(samples.variables()), record.events, summary, None, record.contacts)

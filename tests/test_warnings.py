@@ -82,10 +82,10 @@ def test_results_of_studies_show_them(history, texts, tmp_path):
     assert all(text in repr(sweep(plan, tmp_path / "sweep", workers=1)) for text in texts[:1])
     found = refine(scenario, modes=[1, 2, 3], quantities=["theta@end"], workers=1)
     assert "warning (modes 1, 2, 3): beam.modal_damping_ratio" in repr(found)
-    found = predictability(scenario, shadows=2, workers=1, out=tmp_path / "shadows")
+    found = predictability(scenario, perturbations=[1e-6], workers=1, out=tmp_path / "perturbed")
     assert texts[0] in repr(found)
-    (case,) = json.loads((tmp_path / "shadows" / "results.json").read_text())["cases"]
-    assert case["runs"][0]["warnings"].splitlines() == texts
+    data = json.loads((tmp_path / "perturbed" / "results.json").read_text())
+    assert data["runs"][0]["warnings"].splitlines() == texts
 
 
 def test_the_table_of_an_export_has_no_place_for_them_but_the_command_says_them(history, texts, tmp_path, cli):

@@ -2,7 +2,7 @@
 
 `validate`   every check against something outside the program: `Results`, a list of `Result`
 `compare`    two histories, events aligned: a `Comparison`; `compare_all` compares several with the first
-`refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
+`refine`     elements, modes, steps, stiffness, tolerances, a study file, and what converges: a `StudyResult`
 `predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `periodic_response`  steady state on a shaken base: a history of one period
 `fit`        keys of a scenario from measured data: a `FitResult`

@@ -26,7 +26,7 @@ def reference() -> str:
         lines += [name, "-" * len(name), "", f".. program:: {PROGRAM} {name}", ""]
         lines += [".. code-block:: sh", "", f"   {_usage(name, command)}", "", _plain(command.help or ""), ""]
         for parameter in command.params:
-            lines += _parameter(parameter)
+            lines += [] if getattr(parameter, "hidden", False) else _parameter(parameter)
     return "\n".join(lines) + "\n"
 
 

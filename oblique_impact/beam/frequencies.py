@@ -163,8 +163,8 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
     return float(np.sqrt(max(square, 0.0)) * np.sqrt(stiffness / mass) / length**2)
 
 
-def macro_gap(scenario: Scenario) -> float:
-    """Return the time (s) below which contacts that follow each other belong to one macro-collision.
+def clustering_time(scenario: Scenario) -> float:
+    """Return the clustering time of contacts (s): those that follow each other faster are one macro-collision.
 
     It is the longer of two periods of the lowest elastic mode, in which the beam strikes again because it
     vibrates, and a tenth of sqrt(length/gravity), in which one too stiff to vibrate bounces until it rests.  Both

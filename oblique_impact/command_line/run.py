@@ -74,7 +74,7 @@ def summary_lines(history: History, folder: Path, replaced: bool, known: Sequenc
         peak = "" if "peak_force" in summary.get("without_limit", ()) else f", peak {m['peak_force']:.4g} N"
         yield (
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {counted(m['contacts'], 'contact')} "
-            f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"
+            f"(less than {history.clustering_time:.2g} s apart), {m['normal_impulse']:.5g} N s{peak}"
         )
     losses = ", ".join(f"{name} {energy[f'lost_{name}']:.4g}" for name in LOSSES)
     yield f"  energy: {balance_text(energy)}"

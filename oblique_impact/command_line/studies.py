@@ -78,7 +78,7 @@ def refine(
     ] = False,
     study: Annotated[
         str | None,
-        typer.Option(help="A shipped study: elements, steps, remedies, rigid-stop, anywhere or predictability."),
+        typer.Option(hidden=True, help="Studies are files now."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
@@ -88,54 +88,37 @@ def refine(
     timeout: TimeoutOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
+    """Refine elements, modes, steps or a stop's stiffness, or run a study file; writes report.html and results."""
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies.refinement import lines, parse_levels
-    from oblique_impact.validation.studies.refinement import refine as compute
+    from oblique_impact.validation.studies import predictability as sensitivity
+    from oblique_impact.validation.studies import refinement
+    from oblique_impact.validation.studies.series import is_study
 
-    how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
+    if study is not None:
+        words = f"is a file, docs/studies/{study}.toml of the sources and of the documentation"
+        raise InputError(f"--study {study}: a study {words}: refine FILE, or sweep FILE for a sweep")
     axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
-    axes = {axis: text for axis, text in axes.items() if text is not None}
-    given: dict[str, Any] = {"predictability": predictability, "study": study, **axes}
-    given |= {"quantity": quantities, "within": within, "set": changes}
-    if study is not None and scenario != "paper":
-        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    if predictability or study == "predictability":
-        found = _without_levels(scenario, given, how)
+    how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
+    how["name"] = Path(scenario).name
+    result: object
+    if predictability:
+        for name, value in {**axes, "quantity": quantities, "within": within}.items():
+            if value:
+                raise InputError(f"--{name} together with --predictability: does not apply")
+        base = Scenario.load(scenario, changes or [])
+        with counting_bar("predictability") as show:
+            result = sensitivity.predictability(base, on_progress=show, **how)
     else:
-        with counting_bar(study or "refine") as show:
-            result = compute(
-                None if study else Scenario.load(scenario, changes or []),
-                quantities=quantities or (),
-                study=study,
-                changes=changes or () if study else (),
-                within=within,
-                name=Path(scenario).name,
-                on_progress=show,
-                **{axis: parse_levels(axis, text) for axis, text in axes.items()},  # type: ignore[arg-type]
-                **how,
-            )
-        found = lines(result)
-    print_result([*found, f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
-
-
-def _without_levels(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Measure the sensitivity to the initial angle; returns lines.
-
-    Raises InputError for an option that does not apply.
-    """
-    from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.studies import predictability, shipped
-
-    study = given["study"]
-    asked, allowed = (f"--study {study}", ["study"]) if study else ("--predictability", ["predictability", "set"])
-    for name, value in given.items():
-        if value and name not in allowed:
-            raise InputError(f"--{name} together with {asked}: does not apply")
-    with counting_bar(study or "predictability") as show:
-        cases = shipped.predictability_cases() if study else Scenario.load(scenario, given["set"] or [])
-        how |= {"name": study or Path(scenario).name, "on_progress": show}
-        return predictability.lines(predictability.predictability(cases, **how))
+        how |= {axis: refinement.parse_levels(axis, text) for axis, text in axes.items() if text is not None}
+        how |= {"quantities": quantities or (), "within": within}
+        source: Any = scenario
+        if is_study(scenario):
+            how["changes"] = changes or ()
+        else:
+            source = Scenario.load(scenario, changes or [])
+        with counting_bar("refine") as show:
+            result = refinement.refine(source, on_progress=show, **how)
+    print_result([*repr(result).splitlines(), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
 def reproduce(
@@ -154,7 +137,7 @@ def reproduce(
 
 
 def sweep(
-    source: Annotated[str, typer.Argument(metavar="SWEEP", help="A shipped study or a TOML file.")],
+    source: Annotated[str, typer.Argument(metavar="SWEEP", help="A TOML file.")],
     out: Annotated[
         Path, typer.Option("--out", help="Folder for the results; an interrupted sweep goes on there.")
     ] = Path("out/sweep"),
@@ -166,7 +149,6 @@ def sweep(
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
     from oblique_impact.validation.studies.design import load_plan
     from oblique_impact.validation.studies.parallel import check_limits
-    from oblique_impact.validation.studies.sweep import lines
     from oblique_impact.validation.studies.sweep import sweep as compute
 
     check_limits(scheduler, workers, timeout)
@@ -178,7 +160,7 @@ def sweep(
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, **how)
-    print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
+    print_result([*repr(result).splitlines(), f"results: {out}"], result.to_dict, as_json)
 
 
 def fit(

@@ -21,7 +21,7 @@ from xarray.backends import H5NetCDFStore
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.clearance import closest
-from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.beam.validity.run_warnings import run_warnings
 from oblique_impact.contact.state import State
 from oblique_impact.errors import FileWarning, InputError, Outcome
@@ -170,7 +170,7 @@ class History:
         return found
 
     @property
-    def macro_gap(self) -> float:
+    def clustering_time(self) -> float:
         """Contacts less than this apart (s) are one macro-collision."""
         return float(self.summary["macro_gap"])
 
@@ -407,7 +407,7 @@ def beam_history(
     if scenario.contact.where == "point":
         point = scenario.contact.point
         record.contacts = [c._replace(first_place=point, last_place=point) for c in record.contacts]
-    summary = summarize(record, samples, wall, macro_gap(scenario))
+    summary = summarize(record, samples, wall, clustering_time(scenario))
     summary["clearance"] = closest(variables, scenario.beam.length)
     warnings, without_limit = run_warnings(scenario, record, variables, summary, beam)
     summary |= {"without_limit": without_limit, "warnings": warnings}

@@ -106,7 +106,7 @@ def balance_text(energy: Mapping[str, float]) -> str:
 
 @dataclass(frozen=True)
 class MacroCollision:
-    """A macro-collision: contacts less than the macro gap apart (SI units)."""
+    """A macro-collision: contacts less than the clustering time apart (SI units)."""
 
     start: float
     end: float
@@ -116,14 +116,14 @@ class MacroCollision:
     peak_force: float
 
 
-def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[MacroCollision]:
-    """Group contacts in order of time that are less than `macro_gap` (s) apart.
+def macro_collisions(contacts: Sequence[Contact], clustering_time: float) -> list[MacroCollision]:
+    """Group contacts in order of time that are less than `clustering_time` (s) apart.
 
     Impulses add up, the peak is the largest finite force.
     """
     groups: list[list[Contact]] = []
     for contact in sorted(contacts, key=lambda contact: contact.start):  # several contacts overlap
-        if groups and contact.start - max(c.end for c in groups[-1]) < macro_gap:
+        if groups and contact.start - max(c.end for c in groups[-1]) < clustering_time:
             groups[-1].append(contact)
         else:
             groups.append([contact])
@@ -155,10 +155,11 @@ def require_summary(summary: Any) -> None:
     provenance_line(summary.get("provenance", {}))
 
 
-def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -> dict[str, Any]:
+def summarize(record: Record, samples: Samples, wall: float, clustering_time: float) -> dict[str, Any]:
     """Return the summary of a run, without the entries of beams: `clearance`, `without_limit` and `warnings`.
 
-    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision.
+    `wall` is the wall time of the marching (s); contacts less than `clustering_time` (s) apart are one
+    macro-collision.
     """
     energies = samples.kinetic, samples.elastic, samples.gravity, samples.stored
     kinetic, elastic, gravity, stored = (float(values[-1]) for values in energies)
@@ -170,8 +171,8 @@ def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
         "end_time": float(samples.time[-1]),
-        "macro_gap": macro_gap,
-        "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
+        "macro_gap": clustering_time,
+        "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, clustering_time)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
         "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events, gained)),

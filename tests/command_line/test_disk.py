@@ -16,6 +16,7 @@ from oblique_impact import InputError, Scenario
 from oblique_impact.files import writing, writing_file
 from oblique_impact.history.size import expected_size
 from oblique_impact.renders.exports import READERS
+from tests import STUDIES
 from tests.processes import COMMAND, files_in, started
 from tests.refusals import refused_in_one_line
 
@@ -25,7 +26,7 @@ from tests.refusals import refused_in_one_line
     [
         ("run", "paper", "--set", "end_time=0.01", "--out"),
         ("modes", "paper", "--out"),
-        ("sweep", "friction", "--out"),
+        ("sweep", STUDIES / "friction.toml", "--out"),
     ],
     ids=lambda words: words[0],
 )
@@ -141,10 +142,10 @@ def test_a_history_is_not_saved_where_another_process_is_writing(run, tmp_path):
 
 IN_FOLDERS = {
     "run": ("run", "paper", "--out"),
-    "sweep": ("sweep", "friction", "--out"),
+    "sweep": ("sweep", STUDIES / "friction.toml", "--out"),
     "refine": ("refine", "paper", "--elements", "4,8,16", "--out"),
     "predictability": ("refine", "--predictability", "--out"),
-    "small-deflection": ("refine", "--study", "small-deflection", "--out"),
+    "study": ("refine", STUDIES / "elements.toml", "--out"),
     "validate": ("validate", "--only", "statics.own-weight", "--out"),
     "reproduce": ("reproduce", "--out"),
 }

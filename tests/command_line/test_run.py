@@ -108,7 +108,7 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     print("\n".join(summary_lines(replace(history, summary=summary), tmp_path, True)))
     assert capsys.readouterr().out.splitlines() == [
         "completed: t = 0.75 s, 9 events",
-        "  collision 1: 0.250000 to 0.500000 s, 1 contact (gap < 0.03 s), 1.5 N s, peak 250 N",
+        "  collision 1: 0.250000 to 0.500000 s, 1 contact (less than 0.03 s apart), 1.5 N s, peak 250 N",
         "  energy: 3 + 0.25 supplied - 0.9375 lost = 2.3125 J",
         "  lost: impact 0.125, friction 0.25, damping 0.5, scheme 0.0625 J",
         "  unaccounted: 1.00e-09 J; 77 steps, 1.25 s",

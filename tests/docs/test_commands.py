@@ -11,11 +11,13 @@ import pytest
 from oblique_impact import Scenario
 from oblique_impact.command_line.application import application
 from oblique_impact.scenario.scenario import builtin_text
+from oblique_impact.validation.studies.design import load_plan
+from oblique_impact.validation.studies.series import is_study, load_study
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("howto/*.md"))]
-PAGES += sorted(DOCS.glob("theory/*.md"))
+PAGES += [*sorted(DOCS.glob("theory/*.md")), *sorted(DOCS.glob("studies/*.md"))]
 COMMANDS = application().commands
 
 
@@ -63,11 +65,16 @@ def test_commands_are_understood_and_name_what_exists(page, monkeypatch):
         understood = parse(words)
         if scenario := understood.get("scenario"):
             changes = understood.get("changes") or []
+            monkeypatch.chdir(ROOT)  # of files of the checkout
             if scenario in files:
                 Scenario.from_toml(files[scenario], changes)
-            else:  # built in, or a file of the checkout
-                monkeypatch.chdir(ROOT)
+            elif is_study(scenario):
+                assert all(series.changed(changes, ()).runs() for series in load_study(scenario).series)
+            else:
                 Scenario.load(scenario, changes)
+        if (source := understood.get("source")) and source not in files:
+            monkeypatch.chdir(ROOT)
+            load_plan(source)
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda p: p.stem)

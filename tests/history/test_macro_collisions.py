@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, natural_frequencies, simulate, simulate_system
-from oblique_impact.beam.frequencies import lowest_elastic_frequency, macro_gap
+from oblique_impact.beam.frequencies import clustering_time, lowest_elastic_frequency
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.history import summary
 from oblique_impact.simulation import compute_history
@@ -34,7 +34,7 @@ def scaled(scenario, length, time):
 def test_a_similar_beam_of_a_centimetre_has_as_many(run):
     time = 0.1
     history, small = run("paper"), simulate(scaled(Scenario.builtin("paper"), 1e-2, time))
-    assert small.macro_gap == pytest.approx(time * history.macro_gap, rel=1e-12)
+    assert small.clustering_time == pytest.approx(time * history.clustering_time, rel=1e-12)
     ours, theirs = (h.summary["macro_collisions"] for h in (small, history))
     assert [m["contacts"] for m in ours] == [m["contacts"] for m in theirs]
     assert len(ours) == 3
@@ -46,9 +46,9 @@ def test_the_gap_of_the_paper():
     """Two periods of 2 pi / 384.6 rad/s; a tenth of sqrt(1 m / 9.8 m/s^2) is shorter."""
     paper = Scenario.builtin("paper")
     assert lowest_elastic_frequency(paper) == pytest.approx(384.854, abs=1e-3)
-    assert macro_gap(paper) == pytest.approx(4.0 * math.pi / 384.854, rel=1e-6)
-    assert macro_gap(Scenario.builtin("rigid-limit")) == pytest.approx(0.1 * math.sqrt(0.3 / 9.8), rel=1e-14)
-    assert macro_gap(paper.replace(gravity=0.0)) == macro_gap(paper)
+    assert clustering_time(paper) == pytest.approx(4.0 * math.pi / 384.854, rel=1e-6)
+    assert clustering_time(Scenario.builtin("rigid-limit")) == pytest.approx(0.1 * math.sqrt(0.3 / 9.8), rel=1e-14)
+    assert clustering_time(paper.replace(gravity=0.0)) == clustering_time(paper)
 
 
 @pytest.mark.parametrize("root", ["pin", "hub", "driven"])
@@ -81,8 +81,8 @@ def ball(**options):
 
 
 def test_contacts_of_a_small_system_are_their_own_collisions_unless_a_gap_is_given():
-    single, grouped = ball(), ball(macro_gap=0.3)
-    assert single.macro_gap == 0.0
+    single, grouped = ball(), ball(clustering_time=0.3)
+    assert single.clustering_time == 0.0
     assert len(single.summary["macro_collisions"]) == len(single.contacts) >= 4
     assert len(grouped.summary["macro_collisions"]) == 2  # flights of 0.45 s, 0.23 s, ...
 

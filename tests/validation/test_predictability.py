@@ -12,57 +12,66 @@ from scipy.integrate import solve_ivp
 from oblique_impact import Scenario
 from oblique_impact.validation import predictability
 from oblique_impact.validation.report import readable
+from oblique_impact.validation.studies.design import load_plan
 from oblique_impact.validation.studies.predictability import (
     PREDICTABLE,
     SENSITIVE,
     UNKNOWN,
     UNPREDICTABLE,
-    Predictability,
     judge,
-    lines,
+    perturbed_runs,
     report,
     verdict_of,
 )
 from oblique_impact.validation.studies.study import failed
+from tests import STUDIES
 from tests.refusals import refused_in_one_line
 
 # as many modes as forces on the stop take, so that the run warns of nothing
 BASE = ("discretization.frame=mean-axis", "discretization.modes=8", "solver.output_interval=1e-2")
 SOFT = Scenario.builtin("paper", [*BASE, "contact.normal=spring", "contact.friction=frictionless", "end_time=0.9"])
+ANGLE = SOFT.initial.angle
+#: what a sweep may be asked for
+SOME = ("start:1", "start:2", "collision_impulse:1", "collision_contacts:1", "warnings")
 
 
 def row(offset, starts, outcome="completed", end=3.0, message=""):
     """A run until `end` with macro-collisions and as many events."""
-    found = failed(outcome, message) | {"offset": offset, "stopped_at": end}
+    found = failed(outcome, message) | {"initial.angle": ANGLE + offset, "stopped_at": end}
     for n, start in enumerate(starts, start=1):
         found |= {f"start:{n}": start, f"event:{n}": start, f"collision_impulse:{n}": 1.0}
         found[f"collision_contacts:{n}"] = 3.0
     return found
 
 
-def judged(*rows, perturbations=(1e-8,)):
-    return judge("given", SOFT, perturbations, pd.DataFrame(rows))
+def judged(*rows):
+    return judge(SOFT, pd.DataFrame(rows), "given")
+
+
+def offsets(result):
+    """Changes of the angle (rad), but for rounding."""
+    return result.frame["initial.angle"] - result.scenario.initial.angle
 
 
 def test_an_elastic_stop_is_predictable_and_its_report_says_so(tmp_path):
     """A soft stop: what an angle changes is carried along, about 0.8 s/rad at the second collision."""
-    soft = predictability(SOFT, shadows=2, workers=1, out=tmp_path)
-    (case,) = soft.cases
+    case = predictability(SOFT, workers=1, out=tmp_path)
     assert case.collisions["verdict"].tolist() == [PREDICTABLE, PREDICTABLE]
     second = case.collisions.iloc[1]
     assert 0.5 < second.growth * case.unit_time < 1.0  # s/rad
     # a linear change: a hundred times the angle, a hundred times the difference
     assert second["start_by_1e-06"] == pytest.approx(100.0 * second["start_by_1e-08"], rel=0.05)
     assert (case.events["growth"] < 10.0).all()
-    (data,) = json.loads((tmp_path / "results.json").read_text())["cases"]
+    data = json.loads((tmp_path / "results.json").read_text())
     assert data["collisions"][1]["growth"] == second.growth
-    assert [run["offset"] for run in data["runs"]] == [0.0, -1e-8, 1e-8, -1e-6, 1e-6]
+    parts = np.array([0.0, *1e-8 * np.array([-1.0, -0.5, 0.5, 1.0]), *1e-6 * np.array([-1.0, -0.5, 0.5, 1.0])])
+    assert [run["initial.angle"] for run in data["runs"]] == (ANGLE + parts).tolist()
     with (tmp_path / "results.csv").open() as file:
         table = list(csv.DictReader(file))
     assert [entry["verdict"] for entry in table] == ["predictable", "predictable"]
     assert float(table[1]["start"]) == second.start
     assert (tmp_path / "report.html").read_text().count("<svg") == 1
-    assert lines(soft)[1].startswith("  collision 1: starts at 0.31714")
+    assert repr(case).splitlines()[1].startswith("  collision 1: starts at 0.31714")
 
 
 def test_growth_and_verdict_of_given_rows():
@@ -73,16 +82,16 @@ def test_growth_and_verdict_of_given_rows():
         row(1e-8, (0.5, 1.0, 2.0 + 1e-5)),
         row(1e-6, (0.5, 1.0)),
     ]
-    found = judged(*rows, perturbations=(1e-8, 1e-6))
+    found = judged(*rows)
     first, second, third = found.collisions.itertuples()
     assert first.growth == 0.0
     assert second.growth == pytest.approx(4.0)
     assert found.collisions["start_by_1e-08"][1] == pytest.approx(2e-8, abs=1e-15)
-    assert found.collisions["start_by_1e-06"][1] == 0.0
+    assert found.collisions["start_by_1e-06"][2] == pytest.approx(1.0)
     assert third.growth == pytest.approx(2e6)  # the last run lacks it until 3 s: 1 s later or more
     assert (second.lower_bound, third.lower_bound) == (False, True)
     assert (second.verdict, third.verdict) == (PREDICTABLE, UNPREDICTABLE)
-    assert "growth at least 2e+06: not predictable" in lines(Predictability("given", (found,), 0.0))[3]
+    assert "growth at least 2e+06: not predictable" in repr(found).splitlines()[3]
     assert judged(*rows[:3]).collisions["growth"][2] == pytest.approx(2000.0)
     bounds = [PREDICTABLE, SENSITIVE, SENSITIVE, UNPREDICTABLE]
     assert [verdict_of(growth) for growth in (10.0, 10.1, 999.0, 1e3)] == bounds
@@ -113,19 +122,18 @@ def test_failed_runs_are_left_out_and_named():
     lost = [row(offset, (), outcome="timeout", message="so it went") for offset in (1e-8, -1e-8)]
     found = judged(first, row(-1e-8, (0.5, 1.0 - 2e-8)), lost[0])
     assert found.collisions["verdict"].tolist() == [PREDICTABLE, PREDICTABLE]
-    assert found.frame["offset"].tolist() == [0.0, -1e-8]
     told = "perturbed run at 1e-08 rad left out: timeout: so it went"
     assert found.remarks == [told, "warning: so it is"]
-    assert readable(f"P{told[1:]}.") in report(Predictability("given", (found,), 0.0)).html()
+    assert readable(f"P{told[1:]}.") in report(found).html()
     found = judged(first, *lost)
     assert found.collisions["verdict"].tolist() == [UNKNOWN, UNKNOWN]
-    assert "  collision 1: starts at 0.5 s: no verdict" in lines(Predictability("given", (found,), 0.0))
+    assert "  collision 1: starts at 0.5 s: no verdict" in repr(found).splitlines()
 
 
-@pytest.mark.parametrize("options", [{"perturbations": ()}, {"perturbations": (0.0,)}, {"shadows": 3}])
-def test_bad_input_is_one_line(options):
+@pytest.mark.parametrize("perturbations", [(), (0.0,)])
+def test_bad_input_is_one_line(perturbations):
     with refused_in_one_line("should be"):
-        predictability(SOFT, **options)
+        predictability(SOFT, perturbations=perturbations)
 
 
 def test_the_command_line(tmp_path, cli):
@@ -141,12 +149,12 @@ def test_a_start_on_the_slope_is_perturbed_upwards_only():
     """Above it by less than a perturbation, by less than half of that, to both sides."""
     on_slope = float(np.arcsin(-0.3 * np.sin(np.pi / 10)) + np.pi / 10)
     touching = SOFT.replace(initial__angle=on_slope, end_time=0.01)
-    (case,) = predictability(touching, workers=1).cases
-    np.testing.assert_allclose(case.frame["offset"][1:], [0.5e-8, 1e-8, 0.5e-6, 1e-6])
-    (case,) = predictability(touching.replace(initial__angle=on_slope + 1e-7), shadows=2, workers=1).cases
-    largest = case.frame["offset"].max()
-    assert 0.4e-7 < largest < 0.5e-7
-    np.testing.assert_allclose(case.frame["offset"][1:], [-0.01 * largest, 0.01 * largest, -largest, largest])
+    case = predictability(touching, workers=1)
+    np.testing.assert_allclose(offsets(case)[1:], [0.5e-8, 1e-8, 0.5e-6, 1e-6], rtol=1e-7)
+    near = touching.replace(initial__angle=on_slope + 1e-7)
+    turned = np.array([run.labels["initial.angle"] for run in perturbed_runs(near, count=2)]) - near.initial.angle
+    assert 0.4e-7 < turned.max() < 0.5e-7
+    np.testing.assert_allclose(turned[1:] / turned.max(), [-0.01, 0.01, -1.0, 1.0], rtol=1e-6)
 
 
 def test_a_peg_next_to_the_start_stays_on_its_side():
@@ -157,8 +165,7 @@ def test_a_peg_next_to_the_start_stays_on_its_side():
     thrown = ("beam.youngs_modulus=1e13", "discretization.modes=1", "initial.angular_velocity=2", "end_time=0.8")
     where = ("slope.enabled=false", "contact.where=anywhere", "contact.friction=frictionless", peg)
     keys = ("contact.normal=spring", "discretization.frame=mean-axis", *thrown, *where)
-    (case,) = predictability(Scenario.builtin("paper", keys), shadows=2, workers=1).cases
-    first = case.collisions.iloc[0]
+    first = predictability(Scenario.builtin("paper", keys), workers=1).collisions.iloc[0]
 
     def fall(turn):
         """Time (s) until a pendulum that starts from so much more (rad) is back."""
@@ -171,3 +178,15 @@ def test_a_peg_next_to_the_start_stays_on_its_side():
     assert first.start == pytest.approx(fall(0.0), rel=1e-3)
     assert first.growth == pytest.approx((fall(1e-4) - fall(-1e-9)) / 1.00001e-4 / fall(0.0), rel=2e-2)
     assert first.verdict == PREDICTABLE
+
+
+def test_the_sweep_of_the_documentation_has_the_same_runs():
+    """Six stops from nine angles each, those of `refine --predictability`; a stop of its table can be judged."""
+    plan = load_plan(STUDIES / "predictability.toml")
+    assert plan.impossible == []
+    of_stop = [run.scenario for run in plan.runs if run.labels["beam.kelvin_voigt"] == 1e-5]
+    assert len(plan.runs) == 6 * len(of_stop) == 54
+    assert of_stop == [run.scenario for run in perturbed_runs(of_stop[0])]
+    rows = [row(angle - ANGLE, (0.5, 1.0 + 3.0 * (angle - ANGLE))) for angle in (s.initial.angle for s in of_stop)]
+    frame = pd.DataFrame(rows)[["initial.angle", "outcome", "message", "stopped_at", "event:1", *SOME]]
+    assert judge(of_stop[0], frame).collisions["growth"].tolist() == pytest.approx([0.0, 6.0], rel=1e-6)

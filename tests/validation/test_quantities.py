@@ -43,6 +43,9 @@ def test_quantities_of_the_papers_case(run):
         "max:tip_y": float(history["tip_y"].max()),
         "min:moment": float(history.section_forces()["moment"].min()),
         "min:theta_dot": float(history["theta_dot"].min()),
+        # the beam turns backwards first, and fastest
+        "peak:theta_dot": -float(history["theta_dot"].min()),
+        "peak:bending_stress": float(np.abs(history.section_forces()["bending_stress"].values).max()),
         "event:1": history.events[0].time,
         f"event:{len(history.events)}": history.events[-1].time,
         "collision_impulse:2": second["normal_impulse"],

@@ -8,15 +8,17 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.validation import refine
 from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
-from oblique_impact.validation.studies.ladders import AXES, Ladder, Study, sizes_of
-from oblique_impact.validation.studies.refinement import declared_orders, lines, report
-from oblique_impact.validation.studies.shipped import STUDIES, predictability_cases, shipped_study
+from oblique_impact.validation.studies.refinement import declared_orders, report, sizes_of
+from oblique_impact.validation.studies.series import AXES, RefinementSeries, Study, load_study
+from tests import STUDIES
+from tests.refusals import refused_in_one_line
 
 PAPER = Scenario.builtin("paper")
 RIGID = PAPER.replace(end_time=0.335, discretization__frame="mean-axis")
@@ -54,7 +56,7 @@ def test_a_size_is_a_step_or_one_over_a_level():
 def test_noise_is_measured_at_a_tenth_of_the_tolerance(tolerance, tighter):
     """... of the finest level, and no lower than a scenario allows."""
     base = PAPER.replace(solver__tolerance=tolerance)
-    runs = Ladder("a", base, "modes", (1.0, 2.0, 3.0), ("impulse",)).runs()
+    runs = RefinementSeries("a", base, "modes", (1.0, 2.0, 3.0), ("impulse",)).runs()
     assert [run.labels["axis"] for run in runs] == ["modes"] * 3 + ["noise"]
     assert runs[-1].scenario.solver.tolerance == pytest.approx(tighter, rel=1e-12)
     assert runs[-1].scenario.discretization.modes == 3
@@ -69,24 +71,94 @@ def test_orders_are_declared_only_where_they_hold():
     assert declared_orders("steps", implicit.replace(contact__normal="spring"), names) == {"impulse": 2.0}
 
 
-def test_every_shipped_study_can_be_planned():
-    for name in STUDIES:
-        for ladder in shipped_study(name).ladders:
-            assert len(ladder.runs()) >= 3
-            assert set(ladder.declared) <= set(ladder.quantities)
-    assert len(predictability_cases()) == 6
+@pytest.mark.parametrize("name", ["elements", "steps", "remedies", "rigid-stop", "anywhere"])
+def test_every_study_of_the_documentation_can_be_planned(name):
+    study = load_study(STUDIES / f"{name}.toml")
+    assert study.name == name
+    assert study.title
+    assert study.description
+    for series in study.series:
+        assert len(series.runs()) >= 3
+        assert set(series.declared) <= set(series.quantities)
+
+
+def test_beams_just_above_the_table_have_fallen_there():
+    """Speeds of the study: weight m g, inertia m L²/3 about the pin; a tenth of speeds, places and gravity."""
+    bases = {series.name: series.base for series in load_study(STUDIES / "anywhere.toml").series}
+    for case, reach in (("slap", 1.0), ("edge", 0.61)):
+        full, scaled = bases[f"{case}, plastic, elements"], bases[f"slow {case}, no inertia"]
+        straight, slow = (bases[f"{way} {case}, plastic"].initial for way in ("straight", "slow"))
+        low = -0.99 * 0.02 / reach  # sine of the angle
+        speed = np.sqrt(3.0 * full.gravity / full.beam.length * (np.sin(full.initial.angle) - low))
+        assert (straight.angle, straight.angular_velocity) == pytest.approx((np.arcsin(low), -speed), rel=1e-12)
+        assert slow.angle == pytest.approx(np.arcsin(0.1 * low), rel=1e-12)
+        assert slow.angular_velocity == pytest.approx(-0.1 * speed, rel=1e-12)
+        assert scaled.gravity == pytest.approx(0.1 * full.gravity, rel=1e-12)
+        assert scaled.obstacles[0].origin[1] == pytest.approx(0.1 * full.obstacles[0].origin[1], rel=1e-12)
+        assert scaled.obstacles[0].extent == full.obstacles[0].extent
+
+
+STUDY = """
+[study]
+title = "One and two modes"
+axis = "modes"
+levels = [1, 2, 3]
+quantities = ["theta@end"]
+changes = { end_time = 0.1, contact.enabled = false }
+[[study.series]]
+name = "as it is"
+[[study.series]]
+name = "longer"
+levels = [2, 3, 4]
+orders = { "theta@end" = 4 }
+changes.end_time = 0.2
+"""
+BAD_STUDIES = {
+    "no title": (STUDY.replace("title", "titel"), "study.title: missing"),
+    "unknown key of a scenario": (STUDY.replace("end_time = 0.2", "end = 1"), "study.series.1.changes = 'end'"),
+    "no such axis": (STUDY.replace('"modes"', '"mode"'), "did you mean modes"),
+    "two levels": (STUDY.replace("[2, 3, 4]", "[2, 3]"), "study.series.1.levels 2,3: a verdict takes"),
+    "order of what is not asked for": (STUDY.replace('"theta@end" = 4', '"tip_x@end" = 4'), "series.1.orders"),
+    "a name twice": (STUDY.replace("longer", "as it is"), "series.0.name"),
+    "no key of a study": (f"end_time = 1.0\n{STUDY}", "and nothing else"),
+    "no effect": (STUDY.replace("end_time = 0.2", "contact.stiffness = 2"), "contact.stiffness"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_STUDIES)
+def test_a_bad_study_file_is_one_line(tmp_path, case):
+    text, part = BAD_STUDIES[case]
+    (tmp_path / "bad.toml").write_text(text)
+    with refused_in_one_line(part):
+        load_study(tmp_path / "bad.toml")
+
+
+def test_the_command_runs_a_study_file_with_changes(tmp_path, cli):
+    """A series takes what it does not give from the study, and both take what is changed by --set."""
+    (tmp_path / "mine.toml").write_text(STUDY)
+    changes = ("--set", "initial.angle=0.5", "--workers", "1", "--out", tmp_path / "out")
+    code, out, _ = cli("refine", tmp_path / "mine.toml", *changes)
+    assert code == 0
+    assert [line for line in out.splitlines() if not line.startswith(" ")][:2] == ["as it is:", "longer:"]
+    data = json.loads((tmp_path / "out" / "results.json").read_text())
+    found = {one["name"]: one for one in data["series"]}
+    assert (data["study"], data["title"]) == ("mine", "One and two modes")
+    assert [one["base"]["end_time"] for one in found.values()] == [0.1, 0.2]
+    assert {one["base"]["initial"]["angle"] for one in found.values()} == {0.5}
+    assert [one["levels"] for one in found.values()] == [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]]
+    assert found["longer"]["results"][0]["declared"] == 4.0
 
 
 def test_a_run_the_physics_stops_is_a_row_and_not_the_end():
     rough = PAPER.replace(end_time=0.4, discretization__frame="mean-axis")
     rough = rough.replace(contact__mu_static=20.0, contact__mu_kinetic=20.0)
     result = refine(rough, modes=[1, 2, 3], quantities=["first_impact", "theta@0.35"], workers=1)
-    found = result.ladders[0]
+    found = result.series[0]
     assert found.runs["outcome"].tolist() == ["completed", "completed", "painleve"]
     first, later = found.results
     assert first.analysis.verdict == CONVERGED
     assert later.analysis.verdict == NO_VERDICT
-    assert any(line.startswith("  modes 3: painleve at t = 0.3237") for line in lines(result))
+    assert any(line.startswith("  modes 3: painleve at t = 0.3237") for line in repr(result).splitlines())
     table = result.to_dataframe()
     assert len(table) == 2 * 3
     assert table["gap"].iloc[-1] == later.gaps[-1]
@@ -96,40 +168,52 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end():
 @pytest.mark.parametrize(
     ("scenario", "lost"),
     [
-        (RIGID, {"impulse", "collision_end", "tip_y@end", "peak_force"}),
-        (RIGID.replace(beam__kelvin_voigt=1e-3), {"peak_force"}),
+        (RIGID, {"impulse", "collision_end", "tip_y@end", "peak_force", "peak:lambda_n"}),
+        (RIGID.replace(beam__kelvin_voigt=1e-3), {"peak_force", "peak:lambda_n"}),
     ],
     ids=["undamped", "damped"],
 )
 def test_what_a_run_calls_not_determined_is_not_called_converged(scenario, lost):
-    names = ["first_impact", "tip_y@0.3", "max:gap", "impulse", "collision_end", "tip_y@end", "peak_force"]
+    names = [
+        "first_impact",
+        "tip_y@0.3",
+        "max:gap",
+        "peak:gap",
+        *sorted({"impulse", "collision_end", "tip_y@end"} | lost),
+    ]
     result = refine(scenario, modes=[2, 3, 4], quantities=names, within=0.5, workers=1)
-    found = {item.quantity.name: item.analysis for item in result.ladders[0].results}
+    found = {item.quantity.name: item.analysis for item in result.series[0].results}
     assert {name for name in names if found[name].verdict == NOT_DETERMINED} == lost
     assert all(math.isnan(found[name].limit) for name in lost)
+    # without a limit it has an uncertainty all the same: 1.25 times the larger of the last two differences
+    for item in result.series[0].results:
+        uncertainty = item.analysis.uncertainty
+        if item.quantity.name in lost:
+            assert uncertainty == pytest.approx(1.25 * np.abs(np.diff(item.values)).max(), rel=1e-12)
+        assert f" +- {uncertainty:.2g} {item.quantity.unit}" in item.finest
     # the tip falls: its largest gap is that of the start
-    assert found["max:gap"].verdict == found["first_impact"].verdict == CONVERGED
+    assert found["max:gap"].verdict == found["peak:gap"].verdict == found["first_impact"].verdict == CONVERGED
 
 
 def test_remarks_and_changes_are_in_lines_and_report():
     """What has converged at its number of modes alone, warnings with their levels, uneven numbers of events."""
-    ladders = (
-        Ladder("tolerance", RIGID, "tolerances", (1e-6, 1e-8, 1e-10), ("first_impact", "impulse")),
-        Ladder("modes", PAPER.replace(end_time=0.4), "modes", (1.0, 2.0, 3.0), ("impulse",)),
+    series = (
+        RefinementSeries("tolerance", RIGID, "tolerances", (1e-6, 1e-8, 1e-10), ("first_impact", "impulse")),
+        RefinementSeries("modes", PAPER.replace(end_time=0.4), "modes", (1.0, 2.0, 3.0), ("impulse",)),
     )
-    result = refine(study=Study("a", "a", "", ladders), changes=["beam.length=0.9"], workers=1)
+    result = refine(Study("a", "a", "", series), changes=["beam.length=0.9"], workers=1)
     assert "converged in the tolerance" in result.quantity("impulse").analysis.words
-    no_limit = next(remark for remark in result.ladders[0].remarks if remark.startswith("normal impulse"))
+    no_limit = next(remark for remark in result.series[0].remarks if remark.startswith("normal impulse"))
     assert "no limit as modes or elements are added" in no_limit
-    counts = result.ladders[1].runs["events"].tolist()
-    uneven, warning = result.ladders[1].remarks
+    counts = result.series[1].runs["events"].tolist()
+    uneven, warning = result.series[1].remarks
     assert f"differs from level to level ({', '.join(map(str, counts))})" in uneven
     assert warning.startswith("warning (modes 1, 2, 3): contact.normal: a rigid stop")
-    page, told = html.unescape(report(result).html()), lines(result)
+    page, told = html.unescape(report(result).html()), repr(result).splitlines()
     assert all(f"  {remark}" in told and readable(remark[1:]) in page for remark in (no_limit, uneven, warning))
     differ = next(block for block in report(result).overview if block.caption == "Parameters that differ.")
     keys = {row[1].text: [value.text for value in row[3:]] for row in differ.cells()}
-    assert keys["end_time"] == [f"{ladder.base.end_time:g}" for ladder in ladders]
+    assert keys["end_time"] == [f"{one.base.end_time:g}" for one in series]
     assert "beam.length" not in keys
 
 
@@ -152,7 +236,7 @@ def test_a_study_of_elements_is_a_page_and_tables(tmp_path, cli):
     names = ["report.html", "results.csv", "results.json", "results.parquet"]
     assert sorted(p.name for p in out.iterdir()) == names
     data = json.loads((out / "results.json").read_text())
-    (impulse,) = (found["analysis"] for found in data["ladders"][0]["results"])
+    (impulse,) = (found["analysis"] for found in data["series"][0]["results"])
     assert impulse["order"] == pytest.approx(4.0, abs=0.1)
     with (out / "results.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -179,10 +263,9 @@ BAD = {
     "not ascending": (("--modes", "2,4,3"), "should increase"),
     "unknown quantity": (("--modes", "1,2,3", "--quantity", "speed"), "first_impact"),
     "time after the end": (("--modes", "1,2,3", "--quantity", "tip_y@2"), "end_time"),
-    "unknown study": (("--study", "nonsense"), "remedies"),
-    "study and levels": (("--study", "elements", "--elements", "4,8,16"), "its own levels"),
-    "study and scenario": (("bouncing", "--study", "elements"), "scenario"),
-    "study and bad key": (("--study", "elements", "--set", "beam.colour=1"), "beam.colour"),
+    "a study by name": (("--study", "elements"), "docs/studies/elements.toml"),
+    "study and levels": ((STUDIES / "elements.toml", "--elements", "4,8,16"), "its own levels"),
+    "study and bad key": ((STUDIES / "elements.toml", "--set", "beam.colour=1"), "beam.colour"),
     "too many modes": (("--modes", "1,2,200"), "discretization.modes"),
     "within nothing": (("--modes", "1,2,3", "--within", "0"), "--within"),
     "predictability and levels": (("--predictability", "--modes", "1,2,3"), "does not apply"),

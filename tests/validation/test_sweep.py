@@ -17,12 +17,14 @@ import pytest
 from oblique_impact import simulate
 from oblique_impact.validation import sweep
 from oblique_impact.validation.report import readable
-from oblique_impact.validation.studies.design import MAX_RUNS, load_plan, make_plan, shipped_sweeps
+from oblique_impact.validation.studies.design import MAX_RUNS, load_plan, make_plan
 from oblique_impact.validation.studies.maps import sweep_pictures
 from oblique_impact.validation.studies.study import REGIMES, failed
+from tests import STUDIES
 from tests.processes import started
 from tests.refusals import refused_in_one_line
 
+FRICTION = STUDIES / "friction.toml"
 FLIGHT = """
 quantities = ["theta@end", "tip_y@0.01"]
 [changes]
@@ -161,9 +163,9 @@ def test_a_scenario_file_lies_beside_its_sweep_file(tmp_path):
     assert load_plan(str(tmp_path / "sweep.toml")).base.end_time == 0.125
 
 
-@pytest.mark.parametrize("name", shipped_sweeps())
-def test_shipped_studies_are_possible_and_described(name):
-    plan = load_plan(name)
+@pytest.mark.parametrize("name", ["friction", "regimes", "restitution", "stops", "predictability"])
+def test_sweeps_of_the_documentation_are_possible_and_described(name):
+    plan = load_plan(STUDIES / f"{name}.toml")
     assert plan.impossible == []
     assert plan.file.title
     assert plan.file.description
@@ -274,9 +276,9 @@ def test_pictures_of_one_and_two_axes(text, pictures, label):
 # --- the command
 
 REFUSED = {
-    "unknown study": (("nonsense",), "friction, regimes, restitution"),
-    "workers and scheduler": (("friction", "--workers", "2", "--scheduler", "tcp://h:1"), "--scheduler"),
-    "no address": (("friction", "--scheduler", "nowhere"), "tcp://host:8786"),
+    "a sweep by name": (("friction",), "docs/studies"),
+    "workers and scheduler": ((FRICTION, "--workers", "2", "--scheduler", "tcp://h:1"), "--scheduler"),
+    "no address": ((FRICTION, "--scheduler", "nowhere"), "tcp://host:8786"),
 }
 
 
@@ -289,7 +291,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, refused, case):
 
 def test_a_missing_dask_is_one_line(tmp_path, refused, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    err = refused("sweep", "friction", "--scheduler", "tcp://127.0.0.1:8786", "--out", tmp_path / "a")
+    err = refused("sweep", FRICTION, "--scheduler", "tcp://127.0.0.1:8786", "--out", tmp_path / "a")
     assert "oblique-impact[cluster]" in err
 
 
@@ -327,7 +329,7 @@ def test_the_map_of_regimes_has_the_boundary_of_a_rigid_bar(tmp_path):
     The flexible one slips without reversal only below that, and is Painleve only above it, but for the angle
     by which it is bent as it strikes again, which moves the boundary by less than 15 %.
     """
-    frame = sweep("regimes", tmp_path).frame
+    frame = sweep(STUDIES / "regimes.toml", tmp_path).frame
     assert set(frame["regime"]) == {"slip", "reversal", "stick", "painleve"}
     critical = 1.0 / np.tan(np.arcsin(0.6 * np.sin(frame["slope.angle"])))
     ratio = frame["contact.mu_kinetic"] / critical

@@ -19,7 +19,7 @@ from scipy.stats import qmc
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.effects import idle
-from oblique_impact.scenario.messages import did_you_mean, one_of, plain_text, refused, short
+from oblique_impact.scenario.messages import did_you_mean, plain_text, refused, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas, label_of, schema_of, unit_of_key
 from oblique_impact.scenario.section import Section
@@ -280,28 +280,36 @@ class Plan:
         return tomli_w.dumps({**data, "quantities": list(self.runs[0].quantities)})
 
 
-def shipped_sweeps() -> dict[str, Path]:
-    """Return the files of the shipped sweeps by their names."""
-    return {file.stem: file for file in sorted((Path(__file__).parent / "sweeps").glob("*.toml"))}
-
-
 def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> Plan:
-    """Read a shipped sweep by name, or a sweep file by path; `base` takes the place of its scenario.
+    """Read a sweep file; `base` takes the place of its scenario.
 
     Raises InputError, in one line that names the key, its value and what is allowed.
     """
-    name = os.fspath(source)
-    path = shipped_sweeps().get(name, Path(name))
+    name, path = os.fspath(source), Path(source)
     if not os.path.isfile(path):
-        raise refused("sweep", name, f"neither a file nor a shipped study, which {one_of(name, shipped_sweeps())}")
+        raise refused(
+            "sweep", name, "not a file; sweeps to start from are in docs/studies, and in the documentation"
+        )
+    data = read_toml(path, "sweep")
+    try:
+        return plan_of(SweepFile.from_dict(data), path.parent, base)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """Read a TOML file; raises InputError in one line, which calls a file that cannot be read `what`."""
     try:
         text = read_text(path)
     except (OSError, ValueError) as error:
-        raise refused("sweep", name, f"cannot be read: {short(str(error))}") from None
-    try:
-        return plan_of(SweepFile.from_dict(parse_toml(text, name)), path.parent, base)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise refused(what, str(path), f"cannot be read: {short(str(error))}") from None
+    return parse_toml(text, str(path))
+
+
+def scenario_beside(name: str, folder: Path) -> Scenario:
+    """Load the scenario that a file in `folder` names: one beside it, a built-in one or one by its path."""
+    beside = folder / name
+    return Scenario.load(str(beside) if beside.suffix == ".toml" and beside.is_file() else name)
 
 
 def make_plan(text: str) -> Plan:
@@ -314,9 +322,7 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
 
     Raises InputError for what cannot be, or if no run is possible.
     """
-    if base is None:
-        beside = folder / file.scenario
-        base = Scenario.load(str(beside) if beside.suffix == ".toml" and beside.is_file() else file.scenario)
+    base = base or scenario_beside(file.scenario, folder)
     changes, blocks = flat_keys(file.changes), file.blocks()
     directions = tuple(itertools.chain(*(directions for directions, _ in blocks)))
     keys = [*changes, *(key for direction in directions for key in direction.names)]

@@ -50,8 +50,14 @@ VARIABLES = {
     for name, variable in (OF_A_BEAM | OF_A_SYSTEM).items()
     if variable.dimensions == ("time",) and name not in ("time", "state")
 } | {"energy": ("J", "kinetic, elastic and gravity energy")}
-#: variables over time and along the beam, for `max:` and `min:` besides
+#: variables over time and along the beam, for the extremes besides
 FIELDS = {name: (variable.units, variable.long_name) for name, variable in SECTION_FORCES.items()}
+#: among the samples: words, and what finds them
+_EXTREMES: dict[str, tuple[str, Callable[[np.ndarray], float]]] = {
+    "max": ("largest", np.nanmax),
+    "min": ("least", np.nanmin),
+    "peak": ("largest magnitude of", lambda values: np.nanmax(np.abs(values))),
+}
 _SAME_TIME = 1e-12  # s; a multiple of the output interval in floating point
 
 
@@ -72,14 +78,16 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     if colon and extreme == "lost_after":
         return _lost_after(name, variable)
     known = {**VARIABLES, **FIELDS}
-    if colon and extreme in ("max", "min") and variable in known:
+    if colon and extreme in _EXTREMES and variable in known:
         unit, meaning = known[variable]
-        words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
-        return Quantity(name, unit, words, lambda history: _extreme(extreme, _values(history, variable)))
+        words, find = _EXTREMES[extreme]
+        of_samples = f"{words} {meaning} among the samples"
+        return Quantity(name, unit, of_samples, lambda history: float(find(_values(history, variable))))
     known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
     raise UnknownQuantityError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
-        f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}; "
+        f"{', '.join(VARIABLES)}; max:VARIABLE, min:VARIABLE and peak:VARIABLE (the largest magnitude) with these "
+        f"and {', '.join(FIELDS)}; "
         f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}; lost_after:SECONDS"
         f"{did_you_mean(name, known_names)}"
     )
@@ -88,8 +96,8 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
 def quantity_table() -> pd.DataFrame:
     """Return the quantities that a study can be asked for, a row each: name, unit, meaning.
 
-    VARIABLE is a variable of a history over time or `energy`, for `max:` and `min:` also one of the section forces
-    along the beam; TIME and SECONDS are in s, N counts from 1.
+    VARIABLE is a variable of a history over time or `energy`, for `max:`, `min:` and `peak:` also one of the
+    section forces along the beam; TIME and SECONDS are in s, N counts from 1.
 
     Examples
     --------
@@ -103,6 +111,7 @@ def quantity_table() -> pd.DataFrame:
         ("VARIABLE@end", "of the variable", "a variable at the end"),
         ("max:VARIABLE", "of the variable", "largest value among the samples"),
         ("min:VARIABLE", "of the variable", "least value among the samples"),
+        ("peak:VARIABLE", "of the variable", "largest magnitude among the samples"),
         ("lost_after:SECONDS", "J", "energy that the beam has lost so long after the first touch-down"),
     ]
     return pd.DataFrame(rows, columns=["quantity", "unit", "meaning"]).set_index("quantity")
@@ -120,11 +129,11 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
 #: what has no limit with an entry of `without_limit`, and why
 _WITH = {
     "peak_force": (
-        ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau"),
+        ("peak_force", "max:lambda_n", "peak:lambda_n", "max:lambda_tau", "min:lambda_tau", "peak:lambda_tau"),
         "the force of a rigid stop grows with every mode or element",
     ),
     "tangential_impulse": (
-        ("tangential_impulse", "max:lambda_tau", "min:lambda_tau"),
+        ("tangential_impulse", "max:lambda_tau", "min:lambda_tau", "peak:lambda_tau"),
         "friction along a beam that cannot stretch does not converge in time-stepping",
     ),
 }
@@ -153,9 +162,10 @@ def decided_at(name: str, history: History) -> float:
     if at:
         return math.inf if moment == "end" else float(moment)
     kind, _, part = name.partition(":")
-    if kind in ("max", "min"):
+    if kind in _EXTREMES:
         values = _values(history, part)
-        where = np.argwhere(values == _extreme(kind, values))  # none among samples without section forces
+        values = np.abs(values) if kind == "peak" else values
+        where = np.argwhere(values == _EXTREMES[kind][1](values))  # none among samples without section forces
         return float(history["time"].values[where[0, 0]]) if len(where) else math.inf
     if name == "unaccounted":  # the error of the balance, which goes to zero
         return -math.inf
@@ -217,10 +227,6 @@ def _values(history: History, variable: str) -> np.ndarray:
     return np.asarray(data[variable].values, dtype=float)
 
 
-def _extreme(which: str, values: np.ndarray) -> float:
-    return float(np.nanmax(values) if which == "max" else np.nanmin(values))
-
-
 def _at(history: History, variable: str, time: float) -> float:
     """Value at a time (s, infinite: the end), after the jump if there is one; between samples by a cubic."""
     times, values = history["time"].values, _values(history, variable)
@@ -261,7 +267,7 @@ def _collision(history: History, number: int = 0) -> dict[str, Any]:
     collision = history.macro_collisions[number]
     if len(history.macro_collisions) == number + 1:
         end, completed = history.end_time, history.outcome is Outcome.COMPLETED
-        if not completed and end - collision["end"] < history.macro_gap:
+        if not completed and end - collision["end"] < history.clustering_time:
             raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")

@@ -300,7 +300,7 @@ def regime(history: History) -> str:
     collisions, outcome = history.macro_collisions, history.outcome
     if outcome is not Outcome.COMPLETED:
         stop = history.end_time
-        if not collisions or (len(collisions) == 1 and stop - collisions[0]["end"] < history.macro_gap):
+        if not collisions or (len(collisions) == 1 and stop - collisions[0]["end"] < history.clustering_time):
             return "painleve" if outcome is Outcome.PAINLEVE else "stopped"
     if not collisions:
         return "no contact"

@@ -62,8 +62,22 @@ class SweepResult:
         return {str(name): int(count) for name, count in self.frame["outcome"].value_counts().items()}
 
     def __repr__(self) -> str:
-        """Return how the runs ended, and their warnings."""
-        return "\n".join([f"<SweepResult: {lines(self)[0]}; {self.folder}>", *_warning_lines(self)])
+        """Return what the terminal shows: how the runs ended, what it took, the most frequent warnings."""
+        count, earlier = len(self.frame), self.earlier
+        ends = ", ".join(f"{number} {name}" for name, number in self.outcomes.items())
+        found, new = [f"{counted(count, 'run')}: {ends}"], count - earlier - len(self.plan.impossible)
+        if earlier:
+            found.append(f"  {earlier} of them were there before")
+        if new:
+            found.append(f"  {counted(new, 'run')} in {self.seconds:.1f} s, {new / self.seconds:.1f} runs/s")
+        for row in self.unfinished.head(1).to_dict("records"):
+            found.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
+        warnings = warned(self.frame)
+        for runs, run, text in warnings[:_SHOWN]:
+            found.append(f"  warning of {runs} of {count} runs, the first run {run}: {text}")
+        if len(warnings) > _SHOWN:
+            found.append(f"  and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
+        return "\n".join(found)
 
     def _repr_html_(self) -> str:
         """Show the head of the report in a notebook."""
@@ -100,7 +114,7 @@ def sweep(
     Parameters
     ----------
     source : str, path, SweepFile or Plan
-        A shipped sweep by name, a sweep file, or what such a file would say.
+        A sweep file, or what such a file would say.
     out : path
         Folder; a sweep that was interrupted there goes on.
     base : Scenario, optional
@@ -159,34 +173,6 @@ def warned(frame: pd.DataFrame) -> list[tuple[int, str, str]]:
     """Return the warnings: number of runs that have it, the first of them, and the text; most frequent first."""
     found = same_warnings(zip(frame["run"].map(str), frame["warnings"], strict=True))
     return sorted(((len(runs), runs[0], text) for text, runs in found), key=lambda entry: -entry[0])
-
-
-def lines(result: SweepResult) -> list[str]:
-    """Return how a sweep went in lines, for a terminal."""
-    frame, earlier = result.frame, result.earlier
-    found = [
-        f"{counted(len(frame), 'run')}: {', '.join(f'{count} {name}' for name, count in result.outcomes.items())}"
-    ]
-    if earlier:
-        found.append(f"  {earlier} of them were there before")
-    new = len(frame) - earlier - len(result.plan.impossible)
-    if new:
-        found.append(f"  {counted(new, 'run')} in {result.seconds:.1f} s, {new / result.seconds:.1f} runs/s")
-    for row in result.unfinished.head(1).to_dict("records"):
-        found.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
-    return found + _warning_lines(result)
-
-
-def _warning_lines(result: SweepResult) -> list[str]:
-    """Return the most frequent warnings in a line each."""
-    warnings, count = warned(result.frame), len(result.frame)
-    found = [
-        f"  warning of {runs} of {count} runs, the first run {run}: {text}"
-        for runs, run, text in warnings[:_SHOWN]
-    ]
-    if len(warnings) > _SHOWN:
-        found.append(f"  and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
-    return found
 
 
 def report(result: SweepResult) -> Report:

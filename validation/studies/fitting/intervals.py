@@ -28,10 +28,12 @@ from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.predictability import (
     LARGE,
     SMALL,
-    predictability,
+    judge,
+    perturbed_runs,
     verdict_of,
 )
 from oblique_impact.validation.studies.quantities import GapError, decided_at
+from oblique_impact.validation.studies.study import run_study
 
 #: of a logarithm: intervals that reach farther are profiled; so far a profile goes; a key whose change by a factor
 #: of e moves no more than this part of the noise has no effect
@@ -193,8 +195,8 @@ def _unpredictable(problem: Problem, history: History, workers: int | None) -> l
     scenario = history.scenario
     if not history.macro_collisions or scenario is None:
         return []
-    (case,) = predictability(scenario, shadows=2, workers=workers).cases
-    turn = float(case.frame["offset"].max())
+    case = judge(scenario, run_study(perturbed_runs(scenario, count=2), workers=workers))
+    turn = float(case.frame["initial.angle"].max()) - scenario.initial.angle
     try:
         turned = simulate(scenario.replace(initial__angle=scenario.initial.angle + turn))
         moved = np.abs(problem.measured.predict(turned) - problem.measured.predict(history)) / problem.deviations
