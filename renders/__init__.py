@@ -1,6 +1,6 @@
 """Pictures of results, from histories.
 
-`render`            a still, a strip, a film or an interactive page: a `Rendered`; `Style` says how it looks
+`render`            a still, a film or an interactive page: a `Rendered`; `Style` says how it looks
 `show`              an interactive window on a run, in a notebook a view in the page
 `beam_mesh`         the beam at a time as a mesh of PyVista
 `export`            a time series for ParaView, PVD or XDMF, or a table: an `Exported`

@@ -326,10 +326,10 @@ def _events(story: Story, times: Array) -> list[dict[str, Any]]:
 def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
     """Return the listed contacts as cells of a table; `frame` is the one just after the start."""
     history, last, found = geometry.history, float(geometry.times[-1]), []
-    for contact in evenly(history.contacts):
+    for number, contact in evenly(list(enumerate(history.contacts))):
         if geometry.anywhere:
-            inside, number = closed_samples(history, contact)
-            states = history["contact_state"].values[:, number]
+            inside, column = closed_samples(history, number)
+            states = history["contact_state"].values[:, column]
             passed = dict.fromkeys(states[inside].tolist())
         else:
             start, end = last_sample(geometry.times, contact.start), first_sample(geometry.times, contact.end)

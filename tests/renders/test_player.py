@@ -195,7 +195,7 @@ def test_zoom_factor_colour_and_theme_are_chosen(page, files):
     for _ in range(2):
         page.keyboard.press("+")
     page.locator("#factor").select_option("10")
-    page.locator("#colour").select_option("shear_force")
+    page.locator("#colour").select_option("shear")
     settle(page)
     assert text(page, "deformation") == "deflection drawn ×10 about the pin–tip chord, zoom ×2.25"
     assert page.locator(".scale:visible").text_content().startswith("shear force (N)")
@@ -299,14 +299,14 @@ def test_what_is_seen_can_be_kept_and_linked(page, files, run):
     page.keyboard.press("ArrowLeft")
     settle(page)
     assert (now(page), "just before the impact" in text(page, "rate")) == (event.time, True)
-    page.locator("#colour").select_option("shear_force")
+    page.locator("#colour").select_option("shear")
     page.locator("#link").click()
     link = page.url
     page.goto("about:blank")
     page.goto(link)
     page.wait_for_function("() => window.player")
     settle(page)
-    assert (now(page), page.locator("#colour").input_value()) == (event.time, "shear_force")
+    assert (now(page), page.locator("#colour").input_value()) == (event.time, "shear")
     for scheme in ("dark", "light"):  # as the reader's system changes
         page.emulate_media(color_scheme=scheme)
         settle(page)
