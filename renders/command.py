@@ -16,7 +16,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
-from oblique_impact.renders.overview import overview_figure
+from oblique_impact.renders.overview import save_overview
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style, require_plain
 from oblique_impact.renders.timeline import FPS, Timeline, make_timeline
@@ -144,7 +144,7 @@ def render(
             timeline = make_timeline(story.time_map, fps, between, frames)
             write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
         elif suffix in CHARTS:
-            overview_figure(dict(zip(called, runs, strict=True)), file, style.colours, story.heading)
+            save_overview(story, file)
         elif suffix == ".html":
             write_player(story, file)
         else:

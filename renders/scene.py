@@ -178,7 +178,7 @@ class View:
             self.longest_arrow = _ARROW * shown[0].scenario.beam.length
             places = [np.asarray(solid.points) for solid in solids]
             for geometry in shown:
-                times = np.linspace(*geometry.times[[0, -1]], 60)
+                times = np.linspace(geometry.times[0], geometry.times[-1], 60)
                 places += [geometry.centreline(geometry.index(t)) for t in times]
                 strongest = int(np.argmax(np.nan_to_num(geometry.values("lambda_n"))))
                 for place, force in zip(

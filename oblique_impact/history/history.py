@@ -261,13 +261,13 @@ class History:
         return np.stack([z.real, z.imag], axis=1)
 
     def plot(self) -> Figure:
-        """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses.
+        """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses, envelopes.
 
         Raises InputError for a system that is no beam.
         """
         from oblique_impact.renders.overview import overview
 
-        return overview({"run": self})
+        return overview({"": self})
 
     def to_pyvista(self, time: float, deformation: float = 1.0) -> PolyData:
         """Return the surface of the beam at a time (s) as a mesh with all results, in SI units.
