@@ -194,7 +194,9 @@ def test_the_overview_shows_how_far_events_are_apart(run):
 def test_the_overview_of_a_run_without_contact_shows_how_it_bends_and_turns(run):
     history = run("spin-up")
     axes = {one.get_title(loc="left"): one for one in overview.overview({"": history}).axes}
-    np.testing.assert_allclose(axes["(c) Deflection of the tip"].lines[0].get_ydata(), 1e3 * history["deflection"])
+    deflection = axes["(c) Deflection of the tip"]
+    assert deflection.get_ylabel() == "deflection of the tip (m)"
+    np.testing.assert_array_equal(deflection.lines[0].get_ydata(), history["deflection"])
     np.testing.assert_array_equal(axes["(d) Rate of rotation"].lines[0].get_ydata(), history["theta_dot"])
 
 

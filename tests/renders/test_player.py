@@ -107,7 +107,10 @@ def test_charts_say_their_units_and_what_their_curves_are(content, run):
     assert largest == pytest.approx(1e-3 * run("tapered", "end_time=0.34")["lambda_n"].max())
     assert 0.5 * largest < float(tapered.values[-1][1]) < 1.1 * largest
     deflection = content_of(story_of([run("spin-up", "end_time=0.01")])).charts[0]
-    assert (deflection.title, [label for _, label in deflection.times][-1]) == ("Deflection (µm)", "0.01")
+    assert (deflection.title, [label for _, label in deflection.times][-1]) == (
+        "Deflection of the tip (µm)",
+        "0.01",
+    )
 
 
 @pytest.mark.parametrize("changes", [("paper", "discretization.modes=6"), ("spin-up", "end_time=0.01")])
@@ -197,7 +200,7 @@ def test_zoom_factor_colour_and_theme_are_chosen(page, files):
     page.locator("#colour").select_option("shear")
     settle(page)
     assert text(page, "deformation") == "deflection drawn ×10 about the pin–tip chord, zoom ×2.25"
-    assert page.locator(".scale:visible").text_content().startswith("shear force (N)")
+    assert page.locator(".scale:visible").text_content().startswith("shear (N)")
     page.locator("#zoom-all").click()
     assert now(page, "zoom") == 1
     background = "getComputedStyle(document.body).backgroundColor"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -109,3 +110,12 @@ def test_pages_of_damaged_histories_are_drawn_or_refused_in_one_line(run, tmp_pa
     contacts = [c._replace(end=1e30) for c in history.contacts]
     late = replace(history, contacts=contacts, summary=history.summary | {"macro_collisions": collisions})
     assert render(late, tmp_path / "a.html").file.is_file()
+
+
+def test_runs_whose_folders_have_one_name_are_all_in_the_charts(folder, tmp_path, cli):
+    other = tmp_path / "beside" / folder.name
+    shutil.copytree(folder, other)
+    code, _, err = cli("render", folder, other, "--out", tmp_path / "a.svg")
+    assert (code, err) == (0, "")
+    # in the legends of force, gap, energy and losses
+    assert (tmp_path / "a.svg").read_text(encoding="utf-8").count(f">{folder.name}</text>") >= 4 * 2
