@@ -57,13 +57,12 @@ def draw_overview(story: Story) -> Figure:
     near = panels.clock(*collision) if collision else whole
     spans = contact_spans(first)
     with figure_style(theme):
-        heights = [1.25, 1.0, 1.0, 0.8, *([1.0] if mapped else [])]
+        heights = [1.25, 1.0, 1.0, 0.75, 0.75, *([1.0] if mapped else [])]
         figure = Drawing(figsize=(9.2, 2.75 * sum(heights)), layout="constrained")
         if story.heading:
             figure.suptitle(story.heading, x=0.01, ha="left", fontsize=12, fontweight="bold")
-        grid = figure.add_gridspec(len(heights), 4, height_ratios=heights)
-        axes = [figure.add_subplot(grid[row, 2 * half : 2 * half + 2]) for row in range(3) for half in (0, 1)]
-        axes += [figure.add_subplot(grid[3, quarter]) for quarter in range(4)]
+        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+        axes = [figure.add_subplot(grid[row, column]) for row in range(5) for column in range(2)]
 
         def over_time(place: Axes, panel: panels.Curves, clock: panels.Clock, title: str = "") -> None:
             panels.draw_curves(place, panel, clock, spans, theme.line)
@@ -86,11 +85,10 @@ def draw_overview(story: Story) -> Figure:
             panels.draw_losses(axes[5], runs)
         for place, what in zip(axes[6:], panels.ENVELOPES, strict=True):
             panels.draw_envelope(place, runs, what)
-        axes[6].set_title("Least and largest values in the run, along the beam")
         if mapped:
-            axes.append(figure.add_subplot(grid[4, :]))
+            axes.append(figure.add_subplot(grid[5, :]))
             panels.draw_places(axes[-1], runs, near)
             axes[-1].set_title("First collision: where the beam touches (hatched: it sticks)")
-        for letter, place in zip("abcdefgh", [*axes[:7], *axes[10:]], strict=False):
+        for letter, place in zip("abcdefghijk", axes, strict=False):
             place.set_title(f"({letter}) {place.get_title(loc='left')}")
         return figure

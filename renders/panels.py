@@ -241,6 +241,7 @@ def draw_envelope(axes: Axes, runs: Runs, what: str) -> None:
             axes.plot(station, values, linestyle=dash, color=colour, linewidth=1.2, label=label)
     data = runs.histories[0].section_forces() if name in SECTION_FORCES else runs.histories[0]
     axes.set(xlabel="place along the beam (m)", ylabel=f"{what} ({prefix}{data[name].attrs['units']})")
+    axes.set_title(f"{what.capitalize()}: least and largest")
     axes.set_xlim(0.0, max(float(history["station"][-1]) for history in runs.histories))
 
 
