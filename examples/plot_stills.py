@@ -12,4 +12,4 @@ from oblique_impact.renders import Style, render
 
 history = simulate(Scenario.builtin("paper", ["end_time=0.4"]))
 for number, time in enumerate((0.3, 0.319, 0.3245, 0.345), start=1):  # s
-    render(history, f"stills_{number}.png", Style(size=(1000, 250), inset=False, title=""), time=time)
+    render(history, f"stills_{number}.png", Style(size=(640, 360), inset=False, title=""), time=time)

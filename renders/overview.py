@@ -22,31 +22,28 @@ _AS_TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42}
 
 
 def overview_figure(histories: Mapping[str, History], out: Path, style: Style | None = None) -> Path:
-    """Draw one or several histories as :func:`overview` does; returns the file, overview.png in a folder `out`."""
-    return save_overview(story_of(list(histories.values()), style, list(histories)), out)
+    """Draw the overview of one to three histories of the same case, named by their keys; returns the file.
 
-
-def overview(histories: Mapping[str, History], style: Style | None = None) -> Figure:
-    """Draw one to three histories of the same case, named by their keys, with the theme and the title of a style.
-
-    The panels: the beam on its way, its shapes, contact force and gap (without contact deflection and rate of
-    rotation), energy, what took it, and the least and largest moment, shear, stress and deflection along the beam.
-    With two histories that share their events, how far apart these are takes the place of what took energy.  Where
-    several places of the beam can touch, one more panel, below, shows those of the first history over time.
-
-    Raises InputError for more histories, or one that is not of a beam.
+    It is overview.png in a folder `out`.  Theme and title are those of the style.  Raises InputError for more
+    histories, one that is not of a beam, or a file that cannot be written.
     """
-    return draw_overview(story_of(list(histories.values()), style, list(histories)))
+    return save_overview(story_of(list(histories.values()), style, list(histories)), out)
 
 
 def save_overview(story: Story, out: Path) -> Path:
     """Save the overview of a story; returns the file.  In SVG and PDF what is written stays text."""
     with figure_style(story.style.colours), mpl.rc_context(_AS_TEXT):
-        return save_figure(draw_overview(story), out, "overview.png", story.histories)
+        return save_figure(overview(story), out, "overview.png", story.histories)
 
 
-def draw_overview(story: Story) -> Figure:
-    """Draw the overview of the runs of a story."""
+def overview(story: Story) -> Figure:
+    """Draw the panels of the runs of a story.
+
+    They are the beam on its way, its shapes, contact force and gap (without contact deflection and rate of
+    rotation), energy, what took it, and the least and largest moment, shear, stress and deflection along the beam.
+    Of two runs that share their events, how far apart these are takes the place of what took energy.  Where
+    several places of the beam can touch, one more panel, below, shows those of the first run over time.
+    """
     runs = panels.runs_of(story)
     first, theme = runs.histories[0], runs.theme
     touching = any(history.contacts for history in runs.histories)

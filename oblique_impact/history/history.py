@@ -266,8 +266,9 @@ class History:
         Raises InputError for a system that is no beam.
         """
         from oblique_impact.renders.overview import overview
+        from oblique_impact.renders.story import story_of
 
-        return overview({"": self})
+        return overview(story_of([self]))
 
     def to_pyvista(self, time: float, deformation: float = 1.0) -> PolyData:
         """Return the surface of the beam at a time (s) as a mesh with all results, in SI units.

@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
-from oblique_impact.renders import campbell, overview, panels
+from oblique_impact.renders import campbell, panels
 from oblique_impact.renders.charts import Chart
 from oblique_impact.renders.contact_map import contact_pieces
+from oblique_impact.renders.overview import overview
 from oblique_impact.renders.panels import Curve, Curves, Runs
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.sheet import Sheet
@@ -88,7 +89,9 @@ def test_a_curve_has_at_the_label_of_a_time_its_value_then(story):
 @pytest.fixture(scope="module")
 def shown(run):
     """Axes of the overview of two runs, by title."""
-    drawn = overview.overview({"a": run("paper"), "b": run("paper", "contact.friction=frictionless")}).axes
+    drawn = overview(
+        story_of([run("paper"), run("paper", "contact.friction=frictionless")], names=["a", "b"])
+    ).axes
     titles = [axes.get_title(loc="left") for axes in drawn]
     assert [title[:4] for title in titles] == [f"({letter}) " for letter in "abcdefghij"]
     return {title[4:]: axes for title, axes in zip(titles, drawn, strict=True)}
@@ -182,7 +185,7 @@ def test_the_overview_shows_how_far_events_are_apart(run):
     """Of two runs with the same events: the second one's are later by 1, 2, 3... microseconds."""
     history = run("paper")
     late = [event._replace(time=event.time + 1e-6 * n) for n, event in enumerate(history.events, start=1)]
-    axes = overview.overview({"a": history, "b": replace(history, events=late)}).axes[5]
+    axes = overview(story_of([history, replace(history, events=late)], names=["a", "b"])).axes[5]
     assert axes.get_title(loc="left") == "(f) Event times: |a − b|"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time of the event (s)", "difference (s)")
     for state, dots in zip((State.FREE, State.SLIP), axes.lines, strict=True):
@@ -193,7 +196,7 @@ def test_the_overview_shows_how_far_events_are_apart(run):
 
 def test_the_overview_of_a_run_without_contact_shows_how_it_bends_and_turns(run):
     history = run("spin-up")
-    axes = {one.get_title(loc="left"): one for one in overview.overview({"": history}).axes}
+    axes = {one.get_title(loc="left"): one for one in history.plot().axes}
     deflection = axes["(c) Deflection of the tip"]
     assert deflection.get_ylabel() == "deflection of the tip (m)"
     np.testing.assert_array_equal(deflection.lines[0].get_ydata(), history["deflection"])
@@ -256,7 +259,7 @@ def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(run, case
 def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch(run):
     for name, mapped in (("paper", False), ("slap", True)):
         history = run(name)
-        titles = [axes.get_title(loc="left") for axes in overview.overview({"": history}).axes]
+        titles = [axes.get_title(loc="left") for axes in history.plot().axes]
         assert any("where the beam touches" in title for title in titles) == mapped
         page = content_of(story_of([history]))
         assert ("places" in [chart.name for chart in page.charts]) == mapped
