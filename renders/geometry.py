@@ -52,12 +52,11 @@ def contact_gap(history: History) -> Array:
     gap, scenario = np.asarray(history["gap"].values, dtype=float), history.scenario
     if "depth" not in history or scenario is None:
         return gap
-    depth, solver = history["depth"].values, scenario.solver
     # a point without inertia rests on a rigid stop, through the flexibility that the coordinates leave out
-    resting = scenario.contact.point_inertia == "none" and solver.scheme != "time-stepping"
-    if not (resting or depth.any()):
+    resting = scenario.contact.point_inertia == "none" and scenario.solver.scheme != "time-stepping"
+    if scenario.contact.normal == "rigid" and not resting:
         return gap
-    return np.where(history["state"].values == State.FREE, gap, -depth)
+    return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 
 
 class Zone(NamedTuple):
