@@ -12,7 +12,7 @@ from pathlib import Path
 
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.command_line.progress_bars import counting_bar, progress_bar
-from oblique_impact.renders import Style, overview_figure, render
+from oblique_impact.renders import overview_figure, render
 from oblique_impact.validation import compare
 
 
@@ -30,7 +30,7 @@ def main(folder: str = "out/demo", frames: str = "450") -> None:
     print(f" table: {target / 'compared.txt'}")
     try:
         print(f"figure: {overview_figure({'modal': modal, 'fem': fem}, target / 'overview.png')}")
-        print(f" strip: {render(modal, target / 'strip.png', Style(size=(1000, 250)), strip=True).file}")
+        print(f" still: {render(modal, target / 'still.png').file}")
         print(f"  page: {render(modal, target / 'paper.html').file}")
         with counting_bar("film") as show_frames:
             film = render(modal, target / "paper.mp4", frames=int(frames), on_progress=show_frames).file

@@ -11,7 +11,7 @@ from oblique_impact import Scenario, simulate
 from oblique_impact.renders import render
 
 history = simulate(Scenario.builtin("paper"))
-render(history, "paper_still.png", times=[0.3245])
+render(history, "paper_still.png", time=0.3245)
 
 # %%
 # The tip is pressed onto the slope; the inset shows it at true scale.

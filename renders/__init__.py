@@ -1,10 +1,11 @@
 """Pictures of results, from histories.
 
-`render`            a still, a strip, a film or an interactive page: a `Rendered`; `Style` says how it looks
+`render`            a still, a film or an interactive page: a `Rendered`; `Style` says how it looks
 `show`              an interactive window on a run, in a notebook a view in the page
 `beam_mesh`         the beam at a time as a mesh of PyVista
 `export`            a time series for ParaView, PVD or XDMF, or a table: an `Exported`
 `draw_contact_map`  where the beam touches over time, into axes of matplotlib
+`envelope`          least and largest value of a result along the beam, over the run
 `campbell_diagram`  frequencies of the spinning beam
 `overview_figure`   a run at a glance, one or several histories side by side
 """
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from oblique_impact.renders.exports import beam_mesh as beam_mesh
     from oblique_impact.renders.exports import export as export
     from oblique_impact.renders.overview import overview_figure as overview_figure
+    from oblique_impact.renders.panels import envelope as envelope
     from oblique_impact.renders.style import Style as Style
     from oblique_impact.renders.viewer import show as show
 
@@ -34,6 +36,7 @@ _MODULES = {
     "beam_mesh": "exports",
     "campbell_diagram": "campbell",
     "draw_contact_map": "contact_map",
+    "envelope": "panels",
     "export": "exports",
     "overview_figure": "overview",
     "render": "command",

@@ -16,7 +16,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
-from oblique_impact.renders.overview import overview_figure
+from oblique_impact.renders.overview import save_overview
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style, require_plain
 from oblique_impact.renders.timeline import FPS, Timeline, make_timeline
@@ -25,8 +25,8 @@ from oblique_impact.renders.title import name_of
 #: a run, or where it lies
 Source = History | str | os.PathLike[str]
 FILMS, CHARTS = (".mp4", ".gif"), (".svg", ".pdf")
+SECONDS = 20.0  # of a film, if not told otherwise
 SUFFIXES = (".png", *CHARTS, *FILMS, ".html")
-STRIP_SIZE = (1000, 250)  # of a row
 #: what a notebook shows as it is, and how pages name it
 _PICTURES = {".png": "png", ".gif": "gif", ".svg": "svg+xml"}
 
@@ -37,7 +37,7 @@ class Rendered:
 
     file: Path
     factor: float  # by which the bending is magnified
-    size: tuple[int, int]  # width and height (pixels) of a still, of a row of a strip, or of a frame
+    size: tuple[int, int]  # width and height (pixels) of a still or a frame
     timeline: Timeline | None = None  # when the frames of a film are
 
     def _repr_html_(self) -> str:
@@ -53,9 +53,8 @@ def render(
     out: str | os.PathLike[str],
     style: Style | None = None,
     *,
-    times: Sequence[float] = (),
+    time: float | None = None,
     event: int | None = None,
-    strip: bool = False,
     fps: int = FPS,
     speed: float | None = None,
     contact_speed: float | None = None,
@@ -65,33 +64,30 @@ def render(
     names: Sequence[str] = (),
     on_progress: OnProgress = silent,
 ) -> Rendered:
-    """Draw a still, a strip, a film, charts or an interactive page.
+    """Draw a still, a film, charts or an interactive page.
 
     Parameters
     ----------
     histories : History, path, or sequence of them
         One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
-        The suffix decides: .png a still or a strip; .mp4 or .gif a film; .svg or .pdf charts, as
+        The suffix decides: .png a still; .mp4 or .gif a film; .svg or .pdf charts, as
         :func:`~oblique_impact.renders.overview.overview` draws them; .html a page.
     style : Style, optional
-        Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
-        strip 1000 x 250.  A page takes its theme, title, deformation factor and result in
-        colour, charts their theme and title.
+        Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720.  A page takes
+        its theme, title, deformation factor and result in colour, charts their theme and title.
         ``Style.of("talk")`` is that of a preset.
-    times : sequence of float
-        Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
-        or the one of a still (default: that of the largest contact force, without one of the largest deflection).
+    time : float, optional
+        The physical time (s) of a still; default: that of the largest contact force, without one of the largest
+        deflection.
     event : int, optional
         A still at an event, by its number from 1.
-    strip : bool
-        A strip: one row for each time.
     fps : int
         Frames per second of a film.
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; chosen if not given.
     seconds : float, optional
-        How long the film lasts (s), if neither speed is given; default: that of the whole run as the style says.
+        How long the film lasts (s), if neither speed is given; default: 20.
     between : tuple of float, optional
         First and last physical time (s) of a film, which is that part of the film of the whole run.
     frames : int, optional
@@ -119,14 +115,14 @@ def render(
     >>> history = simulate(Scenario.builtin("paper"))
     >>> render(history, "impact.png", Style(size=(960, 540)), event=1).file  # doctest: +SKIP
     """
-    from oblique_impact.renders.film import write_film, write_still, write_strip  # they load PyVista and VTK
+    from oblique_impact.renders.film import write_film, write_still  # they load PyVista and VTK
     from oblique_impact.renders.player import write_player
 
     file = Path(out)
     suffix = file.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(f"--out {out}: should end with {', '.join(SUFFIXES)}")
-    style = style or (Style(size=STRIP_SIZE) if strip else Style())
+    style = style or Style()
     single = isinstance(histories, str | os.PathLike) or not isinstance(histories, Sequence)
     sources: list[Any] = [histories] if single else list(histories)  # type: ignore[arg-type]
     called = list(names) or [_name(source, number, len(sources)) for number, source in enumerate(sources, start=1)]
@@ -140,7 +136,7 @@ def render(
         raise InputError("--size {}x{}: films need even numbers".format(*style.size))
     # runs that blew up hold numbers of any size
     with writing_file(file), np.errstate(over="ignore", invalid="ignore"):
-        long = style.seconds if seconds is None and suffix in FILMS else seconds
+        long = SECONDS if seconds is None and suffix in FILMS else seconds
         story = story_of(runs, style, called, speed, contact_speed, long)
         if suffix in FILMS:
             if long and not (frames or speed or contact_speed) and (seconds or not between):
@@ -148,13 +144,11 @@ def render(
             timeline = make_timeline(story.time_map, fps, between, frames)
             write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
         elif suffix in CHARTS:
-            overview_figure(dict(zip(called, runs, strict=True)), file, style.colours, story.heading)
+            save_overview(story, file)
         elif suffix == ".html":
             write_player(story, file)
-        elif strip:
-            write_strip(story, times, file)
         else:
-            write_still(story, _instant(runs[0], times, event), file)
+            write_still(story, _instant(runs[0], time, event), file)
     return Rendered(file, story.factor, style.size, timeline)
 
 
@@ -178,15 +172,13 @@ def _loaded(source: Source) -> History:
     return history
 
 
-def _instant(history: History, times: Sequence[float], event: int | None) -> float:
+def _instant(history: History, time: float | None, event: int | None) -> float:
     """Return the time (s) of a still: as given, of an event, or of the largest force or else deflection."""
     if event is not None:
         if not 1 <= event <= len(history.events):
             raise InputError(f"--event {event}: should be from 1 to {len(history.events)}")
         return history.events[event - 1].time
-    if len(times) > 1:
-        raise InputError(f"--time: {len(times)} given: a still shows one (or choose --strip)")
-    if len(times):
-        return float(times[0])
+    if time is not None:
+        return time
     force, deflection = (np.nan_to_num(history[name].values) for name in ("lambda_n", "deflection"))
     return float(history["time"].values[int(np.argmax(force if force.any() else np.abs(deflection)))])

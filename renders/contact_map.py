@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
-from oblique_impact.marching.records import Contact
 from oblique_impact.renders.story import round_up
 from oblique_impact.renders.style import LIGHT, Theme
 
@@ -55,7 +54,7 @@ def contact_pieces(history: History) -> Pieces:
     rows = list[tuple[int, float, float, float, float, bool]]()
     for number, contact in enumerate(history.contacts):
         start, end = contact.start, contact.end
-        inside, i = closed_samples(history, contact)
+        inside, i = closed_samples(history, number)
         if not inside.size:
             place = 0.5 * (contact.first_place + contact.last_place)
             force = contact.normal_impulse / (end - start) if end > start else np.inf
@@ -68,12 +67,13 @@ def contact_pieces(history: History) -> Pieces:
     return Pieces(*(np.array(c, t) for c, t in zip(columns, (int, float, float, float, float, bool), strict=True)))
 
 
-def closed_samples(history: History, contact: Contact) -> tuple[Integers, int]:
+def closed_samples(history: History, number: int) -> tuple[Integers, int]:
     """Return the samples of a contact, ascending, and which it is of the several that a history has columns of.
 
     There is no sample of one that is an impact alone.
     """
     assert history.scenario is not None
+    contact = history.contacts[number]
     length, times, places = history.scenario.beam.length, history["time"].values, history["contact_place"].values
     inside = np.arange(*np.searchsorted(times, (contact.start, np.nextafter(contact.end, np.inf))))
     closed = history["contact_state"].values[inside] != State.FREE

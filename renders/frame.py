@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.contact.state import State
-from oblique_impact.renders.charts import Chart, energy_chart, first_chart
+from oblique_impact.renders import panels
+from oblique_impact.renders.charts import Chart
 from oblique_impact.renders.layout import Box, lay_out
 from oblique_impact.renders.scene import Panel, Scene, View
 from oblique_impact.renders.sheet import HEADING, LINE, NAME, SMALL, STATE, Sheet
@@ -60,10 +61,10 @@ class Composer:
             # it lies over the picture
             self.sheet.move(*self.sheet.scale_bar(*place, self.scene.views[-1].scale_bar(0.22 * width)))
         self._charts = []
-        charts = first_chart(story), energy_chart(story)
-        for (what, unit, found), box in zip(charts, plan.charts, strict=False):
+        runs = panels.runs_of(story)
+        for panel, box in zip((panels.forces(runs), panels.energy(runs)), plan.charts, strict=False):
             assert self.timeline is not None
-            self._charts.append(Chart(self.sheet, found, f"{what} ({unit})", box, self.timeline.course, story))
+            self._charts.append(Chart(self.sheet, panel, box, self.timeline.course, story))
 
     def _write_heading(self) -> int:
         """Write title and beam at the top; returns the height (pixels) that they take."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam_problem import contact_law_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.axis_motion import axis_places, axis_velocities
@@ -35,14 +34,14 @@ QUANTITIES = {
     "elastic_displacement": "m",
     "velocity": "m/s",
     "section_rotation": "rad",
-    "bending_moment": "N m",
-    "shear_force": "N",
+    "moment": "N m",
+    "shear": "N",
     "axial_force": "N",
     "bending_stress": "Pa",
     "axial_stress": "Pa",
 }
 #: variables of a history that are such a result
-_VARIABLES = {"bending_moment": "moment", "shear_force": "shear", "axial_force": "axial_force"}
+_VARIABLES = ("moment", "shear", "axial_force")
 
 
 def contact_gap(history: History) -> Array:
@@ -51,7 +50,11 @@ def contact_gap(history: History) -> Array:
     The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
     """
     gap, scenario = np.asarray(history["gap"].values, dtype=float), history.scenario
-    if "depth" not in history or scenario is None or not contact_law_of(scenario, scenario.contact.stiffness):
+    if "depth" not in history or scenario is None:
+        return gap
+    # a point without inertia rests on a rigid stop, through the flexibility that the coordinates leave out
+    resting = scenario.contact.point_inertia == "none" and scenario.solver.scheme != "time-stepping"
+    if scenario.contact.normal == "rigid" and not resting:
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 
@@ -444,7 +447,7 @@ class BeamGeometry:
         in the floating frame, the section's rotation that against this frame.
         """
         if name in _VARIABLES:
-            return self.value(_VARIABLES[name], k)
+            return self.value(name, k)
         now = self._sample(k)
         if name == "section_rotation":
             return np.asarray(self._derivative @ now["uy"])
@@ -460,7 +463,7 @@ class BeamGeometry:
             rotation = self.values("uy")[samples] @ self._derivative.T
             return rotation, rotation
         if name in _VARIABLES:
-            return self.values(_VARIABLES[name])[samples], self.values(_VARIABLES[name])[samples]
+            return self.values(name)[samples], self.values(name)[samples]
         bending, mean = self.values("bending_stress")[samples], np.zeros(1)
         if name == "axial_stress":
             mean = self.values("axial_force")[samples] / self.sections.area(self.stations)

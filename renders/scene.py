@@ -20,7 +20,6 @@ from oblique_impact.renders.style import TEXT, Style
 from oblique_impact.renders.surroundings import drawn_obstacles
 
 Array = NDArray[np.float64]
-Span = tuple[float, float] | None  # first and last time (s); None: the whole run
 
 #: The window is drawn twice as large and averaged: in software OpenGL VTK's multi-samples take twice as long for
 #: edges that are no smoother, its supersampling (SSAA) six times as long.
@@ -61,8 +60,8 @@ class Panel(NamedTuple):
 class Scene:
     """A window of some size (pixels) with panels; `draw` returns its picture at a time.
 
-    Positions in the `span` of times (s; default the whole run) fit into the panels.  With `interactive` the window
-    is shown on the screen, by `plotter.show`, at its plain size.
+    All positions fit into the panels.  With `interactive` the window is shown on the screen, by `plotter.show`, at
+    its plain size.
     """
 
     def __init__(
@@ -71,7 +70,6 @@ class Scene:
         panels: Sequence[Panel],
         size: tuple[int, int],
         style: Style | None = None,
-        span: Span = None,
         **interactive: Any,
     ) -> None:
         prepare()
@@ -87,7 +85,7 @@ class Scene:
             left, top, width, height = panel.box
             ends = left / size[0], 1.0 - (top + height) / size[1], (left + width) / size[0], 1.0 - top / size[1]
             self.plotter.renderer.SetViewport(*ends)
-            self.views.append(View(self.plotter, story, panel, style or story.style, scale, span))
+            self.views.append(View(self.plotter, story, panel, style or story.style, scale))
 
     def picture(self, time: float) -> Image.Image:
         """Return the picture of a physical time (s)."""
@@ -109,7 +107,7 @@ class Scene:
 class View:
     """Contents of the active renderer of a plotter: beams, slope, pin and ground."""
 
-    def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int, span: Span) -> None:
+    def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int) -> None:
         self._plotter, self._camera = plotter, plotter.renderer.camera
         self.style, self.theme, self.close = style, style.colours, panel.close
         #: pixels of the window in the width of a thin line
@@ -128,7 +126,7 @@ class View:
         self.across = np.array([right, np.cross(self.eye, right)])
         plotter.set_background(self.theme.background, all_renderers=False)
         solids, planes = self._add_scenery(shown[0], story)
-        self._aim(shown, panel.box, solids, span)
+        self._aim(shown, panel.box, solids)
         self.beams = [Beam(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
 
     def add(self, mesh: pv.PolyData, width: float = 1.0, **look: Any) -> Any:
@@ -166,7 +164,7 @@ class View:
 
     # Camera ---------------------------------------------------------------------------------------------------
 
-    def _aim(self, shown: list[BeamGeometry], box: Box, solids: list[pv.PolyData], span: Span) -> None:
+    def _aim(self, shown: list[BeamGeometry], box: Box, solids: list[pv.PolyData]) -> None:
         """Place the camera so that everything of the runs fits into the box of the panel (pixels).
 
         `pixel` is then the length (m) of a pixel of the picture, `longest_arrow` (m) that of the largest force.
@@ -180,8 +178,8 @@ class View:
             self.longest_arrow = _ARROW * shown[0].scenario.beam.length
             places = [np.asarray(solid.points) for solid in solids]
             for geometry in shown:
-                first, last = span or (geometry.times[0], geometry.times[-1])
-                places += [geometry.centreline(geometry.index(t)) for t in np.linspace(first, last, 60)]
+                times = np.linspace(geometry.times[0], geometry.times[-1], 60)
+                places += [geometry.centreline(geometry.index(t)) for t in times]
                 strongest = int(np.argmax(np.nan_to_num(geometry.values("lambda_n"))))
                 for place, force in zip(
                     geometry.contact_places(strongest), geometry.pushes(strongest), strict=True

@@ -93,7 +93,7 @@ class Story:
         if len(self.geometries) > 1:
             return ""
         scenario = self.geometries[0].scenario
-        return scenario.title or (self.names[0] if self.names else name_of(scenario))
+        return scenario.title or "".join(self.names) or name_of(scenario)
 
     @property
     def beam(self) -> list[str]:

@@ -25,9 +25,10 @@ TEXT = 10.0  # points: size of text on a slide
 ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
-Colour = Literal[
-    "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation"
-]
+Colour = Literal["bending_stress", "axial_stress", "moment", "shear", "axial_force", "section_rotation"]
+
+#: results by names that they had, and by those that variables of a history have
+_RENAMED = {"bending_moment": "moment", "shear_force": "shear"}
 
 _SHEET = Path(__file__).with_name("figures.mplstyle")
 
@@ -120,8 +121,6 @@ PRESETS: dict[str, dict[str, Any]] = {
     "talk": {"size": (1920, 1080), "letters": 12.0},  # a slide in full HD, read from the last row
     # two columns of a journal, 180 mm wide at 300 pixels per inch, in letters of 8 points
     "paper": {"size": (2126, 1196), "dpi": 300.0, "letters": 8.0, "theme": "print"},
-    # a square on a phone, eight seconds: no letter is lower than 28 pixels
-    "social": {"size": (1080, 1080), "letters": 28.0, "inset": False, "seconds": 8.0},
 }
 #: fields of a `Style` that shows nothing but beam, slope and pin
 BARE: dict[str, Any] = {
@@ -163,7 +162,7 @@ class Style:
     camera : {"oblique", "front", "above"}
         Where the eye is.
     quantity : str
-        The result in colour: "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force" or
+        The result in colour: "bending_stress", "axial_stress", "moment", "shear", "axial_force" or
         "section_rotation".
     deformation : float or None
         Factor; None chooses it.
@@ -180,8 +179,6 @@ class Style:
         which it covers a slide of 13.33 x 7.5 inches.
     text : bool
         Whether time, state and rate are written above the beam, and scales of colours and of length below it.
-    seconds : float
-        How long a film of the whole run lasts (s), if not told otherwise.
 
     Raises InputError for a name that is unknown or a size out of range.
     """
@@ -202,9 +199,10 @@ class Style:
     dpi: float | None = None
     text: bool = True
     title: str | None = None
-    seconds: float = 20.0
 
     def __post_init__(self) -> None:
+        if self.quantity in _RENAMED:
+            raise InputError(f"--colour {self.quantity}: is now called {_RENAMED[self.quantity]}")
         for option, name, names in (
             ("--theme", self.theme, ThemeName),
             ("--camera", self.camera, CameraName),

@@ -75,16 +75,12 @@ def test_imports_run_downwards():
     assert wrong == []
 
 
-#: read the orders of schemes
-ORDERS = {"ladders", "refinement", "shipped"}
-
-
 def test_validation_works_from_histories():
     """Only checks try schemes: on small systems, which they march by `simulate_system`, and for their orders."""
     wrong = []
     for module, file in modules().items():
         package, _, rest = module.removeprefix("oblique_impact.").partition(".")
-        if package == "validation" and not rest.startswith("checks") and file.stem not in ORDERS:
+        if package == "validation" and not rest.startswith("checks"):
             wrong += [f"{module} imports {name}" for name in imported(file) if ".marching." in name]
     assert wrong == []
 

@@ -16,7 +16,8 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
-from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.renders import panels
+from oblique_impact.renders.style import GREY
 from oblique_impact.scenario.messages import counted
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
 from oblique_impact.validation.report import (
@@ -32,7 +33,6 @@ from oblique_impact.validation.report import (
     picture,
     provenance_data,
     shown_unit,
-    with_unit,
     write_json,
 )
 from oblique_impact.validation.report.parameters import changed_keys, differing, parameters
@@ -60,12 +60,12 @@ _COLUMNS = [
 ]
 #: times are shown to this part of the common span
 _SHOWN = 1e-5
-#: what the picture shows, if all histories have it and it is not 0 throughout: label and unit of the axis
+#: what the picture shows, if all histories have it and it is not 0 throughout, and what it is called
 _DRAWN = {
-    "gap": "gap (m)",
-    "theta_dot": "angular velocity (rad/s)",
-    "lambda_n": "normal force (N)",
-    "slip_rate": "slip velocity (m/s)",
+    "gap": "gap",
+    "theta_dot": "angular velocity",
+    "lambda_n": "normal force",
+    "slip_rate": "slip velocity",
 }
 
 
@@ -457,6 +457,7 @@ def report(pairs: Sequence[Comparison]) -> Report:
             *(Text(f"{_events(pair)}.") for pair in pairs),
             Table(["warning", "runs"], warnings, "Warnings.", wide=(0,)),
             _picture(histories, names, pairs),
+            _envelopes(histories, names),
         ],
         sections=[*(section for pair in pairs for section in _sections_of(pair)), *parameters(scenarios)],
     )
@@ -567,20 +568,30 @@ def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence
     drawn_names = moving or shared[:1]
     caption = "The runs over time" + ("; dotted lines are events that only one has." if len(pairs) == 1 else ".")
     alternative = f"{', '.join(drawn_names)} of {listed(names)} over time."
+    runs = panels.Runs(histories, names)
+    clock = panels.clock(min(pair.span[0] for pair in pairs), max(pair.span[1] for pair in pairs))
     with picture(caption, height=2.2 * len(drawn_names) + 0.5, alternative=alternative) as drawn:
-        panels = drawn.figure.subplots(len(drawn_names), 1, sharex=True, squeeze=False).ravel()
-        for axes, name in zip(panels, drawn_names, strict=True):
-            for k, (history, label) in enumerate(zip(histories, names, strict=True)):
-                values = history[name].values
-                last = values.reshape(len(values), -1)[:, -1]
-                style = {"color": SERIES[k % len(SERIES)], "linewidth": max(2.0 - k, 0.8)}
-                axes.plot(history["time"].values, last, label=label, **style)
+        places = drawn.figure.subplots(len(drawn_names), 1, sharex=True, squeeze=False).ravel()
+        for axes, name in zip(places, drawn_names, strict=True):
+            shown = panels.gap(runs) if name == "gap" else panels.variable(runs, name, _DRAWN.get(name, name))
+            panels.draw_curves(axes, shown, clock)
             if len(pairs) == 1:  # of more runs the lines would hide them
                 for time in (*pairs[0].only_left["left_time"], *pairs[0].only_right["right_time"]):
-                    axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
-            unit = str(histories[0][name].attrs.get("units", "1"))
-            axes.set(ylabel=_DRAWN.get(name, with_unit(name, unit)))
-            axes.set_xlim(min(pair.span[0] for pair in pairs), max(pair.span[1] for pair in pairs))
-        panels[-1].set_xlabel("time (s)")
-        drawn.figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+                    axes.axvline(float(clock.at(time)), color=GREY, linewidth=0.8, linestyle=":")
+            axes.label_outer()
+        drawn.figure.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return drawn
+
+
+def _envelopes(histories: Sequence[History], names: Sequence[str]) -> Picture | None:
+    """Draw least and largest values along the beam in the runs; None for systems that are no beams."""
+    if any(history.scenario is None for history in histories):
+        return None
+    runs, what = panels.Runs(histories, names), list(panels.ENVELOPES)
+    caption = "Least and largest values in the runs, along the beam."
+    with picture(caption, height=5.0, alternative=f"{listed(what)} of {listed(names)} along the beam.") as drawn:
+        places = drawn.figure.subplots(2, 2).ravel()
+        for axes, one in zip(places, what, strict=True):
+            panels.draw_envelope(axes, runs, one)
+        drawn.figure.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return drawn

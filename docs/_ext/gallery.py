@@ -9,7 +9,7 @@ from typing import Any
 ORDER = (
     "session",
     "paper_case",
-    "film_strip",
+    "stills",
     "two_discretizations",
     "rigid_stop_modes",
     "damped_stop",

@@ -28,7 +28,7 @@ def film() -> Image.Image:
         ("a still of a run", [paper()], Style(SIZE)),
         ("--theme dark", [paper()], Style(SIZE, "dark")),
         ("--bare", [paper()], Style(SIZE, **BARE)),
-        ("--colour bending_moment", [paper()], Style(SIZE, quantity="bending_moment")),
+        ("--colour moment", [paper()], Style(SIZE, quantity="moment")),
         ("two runs", [paper(), smooth], Style(SIZE)),
         ("--layout overlay", [paper(), smooth], Style(SIZE, layout="overlay")),
     ]
@@ -40,7 +40,7 @@ def still(histories: list[History], style: Style, **options: object) -> Image.Im
     names = ["friction", "smooth"] if len(histories) > 1 else []
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "still.png"
-        render(histories, file, style, **({"times": [0.3245], "names": names} | options))
+        render(histories, file, style, **({"time": 0.3245, "names": names} | options))
         with Image.open(file) as picture:
             return picture.convert("RGB")
 
@@ -76,7 +76,7 @@ def slap(file: Path) -> None:
 def scenario() -> Image.Image:
     """The beam of the page at its largest force."""
     history = simulate(Scenario.from_toml(blocks("scenario.md", "toml")[0]))
-    return still([history], Style((1280, 560)), times=[float(history["lambda_n"].idxmax())])
+    return still([history], Style((1280, 560)), time=float(history["lambda_n"].idxmax()))
 
 
 def paraview() -> Image.Image:

@@ -14,13 +14,12 @@ from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 
 Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run folders or history.nc files.")]
-Times = Annotated[list[float] | None, Option("--time", help="Stills, strips: time (s); of a strip repeatable.")]
+Time = Annotated[float | None, Option(help="Stills: time (s).")]
 Event = Annotated[int | None, Option(help="Stills: at an event, by its number from 1.")]
-Strip = Annotated[bool, Option("--strip", help="Strips: instead of a still, one row for each time.")]
 Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the run (s).")]
-Preset = Annotated[str, Option(help="talk, paper or social; other options hold instead of its own.")]
+Preset = Annotated[str, Option(help="talk or paper; other options hold instead of its own.")]
 Title = Annotated[str | None, Option(help="The title; default: the name of the run.")]
-Size = Annotated[str, Option(help="WIDTHxHEIGHT in pixels, of films even; of one row of a strip.")]
+Size = Annotated[str, Option(help="WIDTHxHEIGHT in pixels, of films even.")]
 Fps = Annotated[int, Option(help="Films: frames per second.")]
 Speed = Annotated[float | None, Option(help="Films: physical over film time in flight.")]
 ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
@@ -45,9 +44,8 @@ Every = Annotated[
 def render(
     histories: Histories,
     out: Annotated[Path, Option(help="FILE.png, .mp4, .gif, .svg, .pdf or .html.")] = Path("out/film.mp4"),
-    times: Times = None,
+    time: Time = None,
     event: Event = None,
-    strip: Strip = False,
     preset: Preset = "",
     title: Title = None,
     size: Size = "",
@@ -68,11 +66,11 @@ def render(
     bare: Annotated[bool, Option("--bare", help="Nothing but beam, slope and pin.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw a still, a strip, a film, charts or an interactive page from histories, as the suffix of --out says.
+    """Draw a still, a film, charts or an interactive page from histories, as the suffix of --out says.
 
     A page takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
     """
-    from oblique_impact.renders.command import CHARTS, FILMS, STRIP_SIZE
+    from oblique_impact.renders.command import CHARTS, FILMS
     from oblique_impact.renders.command import render as draw
     from oblique_impact.renders.style import BARE, Style
 
@@ -80,16 +78,15 @@ def render(
     look |= {"camera": camera, "quantity": colour, "deformation": deformation, "layout": layout}
     given = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
     look |= {name: value for name, value in given.items() if value is not None}
-    if size or strip:
-        look["size"] = _size(size) if size else STRIP_SIZE
+    if size:
+        look["size"] = _size(size)
     with counting_bar("film" if out.suffix.lower() in FILMS else "picture") as show:
         result = draw(
             histories,
             out,
             Style.of(preset, **look) if preset else Style(**look),
-            times=times or (),
+            time=time,
             event=event,
-            strip=strip,
             fps=fps,
             speed=speed,
             contact_speed=contact_speed,

@@ -257,13 +257,14 @@ class History:
         return np.stack([z.real, z.imag], axis=1)
 
     def plot(self) -> Figure:
-        """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses.
+        """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses, envelopes.
 
         Raises InputError for a system that is no beam.
         """
         from oblique_impact.renders.overview import overview
+        from oblique_impact.renders.story import story_of
 
-        return overview({"run": self})
+        return overview(story_of([self]))
 
     def to_pyvista(self, time: float, deformation: float = 1.0) -> PolyData:
         """Return the surface of the beam at a time (s) as a mesh with all results, in SI units.

@@ -16,8 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from oblique_impact.renders.charts import Curve, draw_curves, energy_chart, first_chart, mark_times, unit_for
+from oblique_impact.renders import panels
+from oblique_impact.renders.charts import draw_over_film, film_clock, mark_times
 from oblique_impact.renders.contact_map import draw_contact_map
+from oblique_impact.renders.panels import Curve, Curves
 from oblique_impact.renders.player.selection import evenly
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import LIGHT, Theme, figure_style
@@ -51,8 +53,8 @@ def page_charts(story: Story) -> list[PageChart]:
     The last is there where several places of the beam can touch.
     """
     story = replace(story, style=replace(story.style, theme="light"))
-    geometry = story.geometries[0]
-    charts = [_chart(story, "force", *first_chart(story)), _chart(story, "energy", *energy_chart(story))]
+    geometry, runs = story.geometries[0], panels.runs_of(story)
+    charts = [_chart(story, "force", panels.forces(runs)), _chart(story, "energy", panels.energy(runs))]
     return [*charts, _places(story)] if geometry.anywhere and geometry.history.contacts else charts
 
 
@@ -66,14 +68,14 @@ def variables(theme: Theme) -> dict[str, str]:
     return {name.replace("_", "-"): colour for name, colour in found.items() if colour.startswith("#")}
 
 
-def _chart(story: Story, name: str, title: str, unit: str, curves: list[Curve]) -> PageChart:
-    size, prefix = unit_for([curve.values for curve in curves])
-    curves = [replace(curve, values=curve.values / size) for curve in curves]
+def _chart(story: Story, name: str, panel: Curves) -> PageChart:
+    size, prefix = panels.unit_for([curve.values for curve in panel.curves])
+    curves = [replace(curve, values=curve.values / size) for curve in panel.curves]
 
     def draw(axes: Axes) -> None:
-        draw_curves(axes, curves, story, story.time_map, _SIZE, _TICKS, 1.5)
+        draw_over_film(axes, replace(panel, curves=curves), story, story.time_map, _SIZE, _TICKS, 1.5)
 
-    return _drawn(story, name, title, prefix + unit, curves, draw)
+    return _drawn(story, name, panel.title, prefix + panel.unit, curves, draw)
 
 
 def _places(story: Story) -> PageChart:
@@ -82,11 +84,8 @@ def _places(story: Story) -> PageChart:
     scales: list[ScalarMappable] = []
 
     def draw(axes: Axes) -> None:
-        def at(times: Array) -> Array:
-            return course.film_at(times) * width / (course.duration or 1.0)
-
-        first, last = course.times[[0, -1]].tolist()
-        scales.append(draw_contact_map(axes, story.histories[0], LIGHT, (first, last), at))
+        clock = film_clock(course, width)
+        scales.append(draw_contact_map(axes, story.histories[0], LIGHT, (clock.first, clock.last), clock.at))
         mark_times(axes, course, width, _TICKS[0])
         axes.yaxis.set_major_locator(MaxNLocator(_TICKS[1]))
 

@@ -235,11 +235,12 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
     if geometry.scenario.contact.enabled:
         found["gap"] = each(geometry.close_values("gap"), millimetres)
         found["tangential velocity"] = each(geometry.close_values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
-        whole = " of all" if geometry.anywhere else ""
-        found[f"normal force{whole}"] = each(normal, lambda v: f"{significant(v, 4)} N")
-        found[f"tangential force{whole}"] = each(tangential, lambda v: f"{significant(v, 4)} N")
-    else:
-        found["deflection"] = each(geometry.values("deflection"), millimetres)
+        # of a single run the chart of the forces tells them
+        told = {curve.label for chart in charts for curve in chart.curves}
+        for name, values in (("normal", normal), ("tangential", tangential)):
+            if f"{name}{', of all contacts' if geometry.anywhere else ''}" not in told:
+                whole = " of all" if geometry.anywhere else ""
+                found[f"{name} force{whole}"] = each(values, lambda v: f"{significant(v, 4)} N")
     return found
 
 
@@ -326,10 +327,10 @@ def _events(story: Story, times: Array) -> list[dict[str, Any]]:
 def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
     """Return the listed contacts as cells of a table; `frame` is the one just after the start."""
     history, last, found = geometry.history, float(geometry.times[-1]), []
-    for contact in evenly(history.contacts):
+    for number, contact in evenly(list(enumerate(history.contacts))):
         if geometry.anywhere:
-            inside, number = closed_samples(history, contact)
-            states = history["contact_state"].values[:, number]
+            inside, column = closed_samples(history, number)
+            states = history["contact_state"].values[:, column]
             passed = dict.fromkeys(states[inside].tolist())
         else:
             start, end = last_sample(geometry.times, contact.start), first_sample(geometry.times, contact.end)

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import save_whole
 from oblique_impact.history.history import History
-from oblique_impact.renders.charts import time_label
+from oblique_impact.renders.charts import film_clock
 from oblique_impact.renders.files import made_by, warnings_of
 from oblique_impact.renders.player.charts import variables
 from oblique_impact.renders.player.content import SPEEDS, content_of
@@ -63,7 +63,7 @@ def write_player(story: Story, out: Path) -> Path:
         all_events=len(history.events),
         speeds=SPEEDS,
         factor=f"{story.factor:g}",
-        time_label=time_label(story.time_map),
+        time_label=film_clock(story.time_map, 1.0).label,
         at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
         anywhere=story.geometries[0].anywhere,
         scripts=Markup("\n").join(Markup(_source(f"{name}.js")) for name in SCRIPTS),

@@ -30,7 +30,7 @@ def test_example_runs_and_leaves_pictures(file, tmp_path, monkeypatch):
 def test_the_demo_of_the_readme_runs(tmp_path):
     """With a film of two frames; the rest as `make demo`."""
     runpy.run_path(str(ROOT / "examples" / "paper_demo.py"))["main"](str(tmp_path), "2")
-    assert {"modal", "fem", "compared.txt", "overview.png", "strip.png", "paper.html", "paper.mp4"} == {
+    assert {"modal", "fem", "compared.txt", "overview.png", "still.png", "paper.html", "paper.mp4"} == {
         path.name for path in tmp_path.iterdir()
     }
 

@@ -13,8 +13,7 @@ from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.errors import FileWarning
 from oblique_impact.history import history as histories
 from oblique_impact.marching.equations import DAMPING_LOSS, FRICTION_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED
-from oblique_impact.renders.charts import energy_chart
-from oblique_impact.renders.story import story_of
+from oblique_impact.renders import panels
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def test_the_energy_balances_at_every_sample(name, ledgers):
     np.testing.assert_allclose(total + ledgers[-1], history.balance["initial"], rtol=0, atol=closure)
     assert held.values[-1] == history.balance["contact"]
     assert total[-1] == pytest.approx(history.balance["final"], rel=1e-14)
-    curves = {curve.label: curve.values for curve in energy_chart(story_of([history]))[2]}
+    curves = {curve.label: curve.values for curve in panels.energy(panels.Runs([history], [""])).curves}
     np.testing.assert_array_equal(curves["stop"] - curves["stop"][0], held.values - held.values[0])
 
 
@@ -110,7 +109,7 @@ def test_an_older_file_without_the_variable_loads_and_is_drawn_without_a_part_of
     with pytest.warns(FileWarning, match="has no digest"):
         loaded = History.load(tmp_path / "older.nc")
     assert "energy_contact" not in loaded
-    whole, left = (energy_chart(story_of([each]))[2] for each in (history, loaded))
+    whole, left = (panels.energy(panels.Runs([each], [""])).curves for each in (history, loaded))
     assert [curve.label for curve in left] == [curve.label for curve in whole if curve.label != "stop"]
     np.testing.assert_allclose(
         whole[-1].values - left[-1].values, history["energy_contact"].values, rtol=0, atol=1e-12

@@ -132,7 +132,7 @@ def test_it_behaves(history):
     assert ("lambda_n" in history, "nothing" in history) == (True, False)
     assert pickle.loads(pickle.dumps(history))["theta"].equals(history["theta"])
     assert copy.copy(history).summary == history.summary
-    assert len(history.plot().axes) == 6
+    assert len(history.plot().axes) == 10
     assert f"{history.macro_collisions[0]['normal_impulse']:.6g} N s" in repr(history)
 
 

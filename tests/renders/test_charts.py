@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
-from oblique_impact.renders import campbell, overview
-from oblique_impact.renders.charts import Chart, Curve, energy_chart, force_curves
+from oblique_impact.renders import campbell, panels
+from oblique_impact.renders.charts import Chart
 from oblique_impact.renders.contact_map import contact_pieces
+from oblique_impact.renders.overview import overview
+from oblique_impact.renders.panels import Curve, Curves, Runs
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import story_of
@@ -21,26 +23,27 @@ from oblique_impact.renders.style import LIGHT, STATE_COLOURS
 KINDS = ("kinetic", "elastic", "gravity")
 
 
-def test_each_curve_has_its_name_and_colour(story, run):
-    history, other, theme = story.histories[0], run("sticking"), LIGHT
-    two = story_of([history, other], names=["a", "b"])
+def alone(history):
+    """The panels' runs of a single one."""
+    return Runs([history], [""])
+
+
+def test_each_curve_has_its_name_and_colour(run):
+    history, other, theme = run("paper"), run("sticking"), LIGHT
+    two, both = Runs([history, other], ["a", "b"]), zip("ab", theme.series, (history, other), strict=False)
+    both = list(both)
     kinds = [(kind, colour, history[f"energy_{kind}"]) for kind, colour in zip(KINDS, theme.energies, strict=True)]
-    forces = [
+    pushes = [
         (name, theme.arrow, history[key]) for name, key in (("normal", "lambda_n"), ("tangential", "lambda_tau"))
     ]
-    for curves, expected in (
-        (force_curves(story), forces),
-        (energy_chart(story)[2], [*kinds, ("total", theme.ink, history.total_energy)]),
-        (
-            force_curves(two),
-            [("a", theme.series[0], history["lambda_n"]), ("b", theme.series[1], other["lambda_n"])],
-        ),
-        (
-            energy_chart(two)[2],
-            [("a", theme.series[0], history.total_energy), ("b", theme.series[1], other.total_energy)],
-        ),
+    for panel, expected in (
+        (panels.forces(alone(history)), pushes),
+        (panels.energy(alone(history)), [*kinds, ("total", theme.ink, history.total_energy)]),
+        (panels.forces(two), [(name, colour, one["lambda_n"]) for name, colour, one in both]),
+        (panels.gap(two), [(name, colour, one["gap"]) for name, colour, one in both]),
+        (panels.energy(two), [(name, colour, one.total_energy) for name, colour, one in both]),
     ):
-        for curve, (label, colour, values) in zip(curves, expected, strict=True):
+        for curve, (label, colour, values) in zip(panel.curves, expected, strict=True):
             assert (curve.label, curve.colour) == (label, colour)
             np.testing.assert_allclose(curve.values, values, rtol=1e-12)
 
@@ -49,7 +52,7 @@ def test_the_total_energy_on_elastic_pegs_counts_what_each_of_them_stores():
     pegs = "obstacles=[{kind='point', origin=[0.4,-0.02], stiffness=3e5}, {kind='point', origin=[0.7,-0.036]}]"
     keys = "contact.normal=spring contact.friction=frictionless end_time=0.45"
     history = simulate(Scenario.builtin("two-pegs", [*keys.split(), pegs]))
-    curves = {curve.label: curve.values for curve in energy_chart(story_of([history]))[2]}
+    curves = {curve.label: curve.values for curve in panels.energy(alone(history)).curves}
     assert curves["stop"].max() > 0.1
     np.testing.assert_allclose(curves["total"], history.balance["initial"], rtol=1e-9)
 
@@ -57,41 +60,41 @@ def test_the_total_energy_on_elastic_pegs_counts_what_each_of_them_stores():
 def test_energies_of_a_strip_that_stands_count_from_the_start(run):
     """Its weight alone would be all there is to see; those of runs side by side have one way to count."""
     history = run("shaken", "end_time=0.2")
-    title, unit, curves = energy_chart(story_of([history]))
+    panel = panels.energy(alone(history))
     energy = history.summary["energy"]
     gained = energy["supplied"] - sum(energy[f"lost_{cause}"] for cause in ("impact", "damping"))
-    assert (title, unit) == ("energy change", "J")
-    assert curves[-1].values[-1] == pytest.approx(gained, rel=1e-9)
-    several = energy_chart(story_of([history, run("paper")], names=["a", "b"]))
-    assert several[0] == title
-    np.testing.assert_array_equal(several[2][0].values, curves[-1].values)
+    assert (panel.title, panel.unit) == ("energy change", "J")
+    assert panel.curves[-1].values[-1] == pytest.approx(gained, rel=1e-9)
+    several = panels.energy(Runs([history, run("paper")], ["a", "b"]))
+    assert several.title == "total energy change"
+    np.testing.assert_array_equal(several.curves[0].values, panel.curves[-1].values)
 
 
-def charted(story, curves, label, course=None):
-    """Axes of a chart of curves, 400 x 200 pixels."""
+def charted(story, curves, course=None):
+    """Axes of a chart of curves of times, 400 x 200 pixels."""
     sheet = Sheet((400, 200), story.style)
-    Chart(sheet, curves, label, (0, 0, 400, 200), course or story.time_map, story)
+    Chart(sheet, Curves("time", "s", curves), (0, 0, 400, 200), course or story.time_map, story)
     return sheet.figure.axes[0]
 
 
 def test_a_curve_has_at_the_label_of_a_time_its_value_then(story):
     """In a part of a film; the value of this curve is its time."""
     times = story.geometries[0].times
-    axes = charted(story, [Curve(times, times, "#000000", "time")], "time (s)", story.time_map.part(0.31, 0.33))
+    axes = charted(story, [Curve(times, times, "#000000", "time")], story.time_map.part(0.31, 0.33))
     (line,) = axes.lines
     for place, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True):
         assert np.interp(place, *line.get_data()) == pytest.approx(float(label.get_text()), abs=2e-4)
 
 
-@pytest.fixture
-def panels(run, monkeypatch, tmp_path):
+@pytest.fixture(scope="module")
+def shown(run):
     """Axes of the overview of two runs, by title."""
-    kept: list[Figure] = []
-    monkeypatch.setattr(overview, "save_figure", lambda figure, *_: kept.append(figure))
-    overview.overview_figure({"a": run("paper"), "b": run("paper", "contact.friction=frictionless")}, tmp_path)
-    titles = [axes.get_title(loc="left") for axes in kept[0].axes]
-    assert [title[:4] for title in titles] == [f"({letter}) " for letter in "abcdef"]
-    return {title[4:]: axes for title, axes in zip(titles, kept[0].axes, strict=True)}
+    drawn = overview(
+        story_of([run("paper"), run("paper", "contact.friction=frictionless")], names=["a", "b"])
+    ).axes
+    titles = [axes.get_title(loc="left") for axes in drawn]
+    assert [title[:4] for title in titles] == [f"({letter}) " for letter in "abcdefghij"]
+    return {title[4:]: axes for title, axes in zip(titles, drawn, strict=True)}
 
 
 def line(axes, label):
@@ -99,38 +102,90 @@ def line(axes, label):
     return found.get_data()
 
 
-def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
-    history, other = run("paper"), run("paper", "contact.friction=frictionless")
-    for title, name, xlabel, factors, ylabel in (
-        ("First collision: contact force", "lambda_n", "time (ms)", (1e3, 1.0), "normal force (N)"),
-        ("Distance from the slope (contact shaded)", "gap", "time (s)", (1.0, 1e3), "gap (mm)"),
+def test_the_overview_shows_the_histories_in_the_units_that_it_says(shown, run):
+    runs = {"a": run("paper"), "b": run("paper", "contact.friction=frictionless")}
+    for title, values, xlabel, factor, ylabel in (
+        ("First collision: normal force", lambda one: one["lambda_n"], "time (ms)", 1e3, "normal force (N)"),
+        ("Gap (contact shaded)", lambda one: one["gap"], "time (s)", 1.0, "gap (m)"),
+        ("Total energy", lambda one: one.total_energy, "time (s)", 1.0, "total energy (J)"),
     ):
-        axes = panels[title]
+        axes = shown[title]
         assert (axes.get_xlabel(), axes.get_ylabel()) == (xlabel, ylabel)
-        for label, one in (("a", history), ("b", other)):
-            expected = (factors[0] * one["time"].values, factors[1] * one[name].values)
-            np.testing.assert_allclose(line(axes, label), expected)
+        for label, one in runs.items():
+            x, y = line(axes, label)
+            inside = np.isin(factor * one["time"].values, x)
+            assert np.count_nonzero(inside) == x.size > 100
+            np.testing.assert_allclose(y, values(one).values[inside], rtol=1e-12)
+    history, axes = runs["a"], shown["Gap (contact shaded)"]
     shaded = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
     np.testing.assert_allclose(shaded, [(contact.start, contact.end) for contact in history.contacts], atol=1e-12)
-    np.testing.assert_allclose(line(panels["Energy"], "total of a")[1], history.total_energy)
-    for kind in KINDS:
-        np.testing.assert_array_equal(line(panels["Energy"], f"{kind} of a")[1], history[f"energy_{kind}"])
-    axes = panels["Shapes in the first collision"]
+    axes = shown["Shapes in the first collision"]
     k = int(np.searchsorted(history["time"].values, history.events[0].time, side="right"))
     assert axes.lines[0].get_color() == STATE_COLOURS[int(history["state"][k])]
     chord = history["uy"].values[k, -1] * history["station"].values / history["station"].values[-1]
     np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e3 * (history["uy"].values[k] - chord), atol=1e-9)
-    axes = panels["Where the energy went"]
+    axes = shown["Where the energy went"]
     lost = [history.summary["energy"][f"lost_{kind.get_text()}"] for kind in axes.get_xticklabels()]
     # but for what rounding leaves
     assert [bar.get_height() for bar in axes.containers[0]] == [v if abs(v) > 1e-8 else 0.0 for v in lost]
+
+
+def test_the_overview_of_a_run_is_drawn_from_the_panels_of_its_film_and_page(run):
+    """Labels of curves, units and values are those of the page, whose time is another."""
+    history = run("paper")
+    drawn = {axes.get_title(loc="left")[4:]: axes for axes in history.plot().axes}
+    charts = {chart.name: chart for chart in content_of(story_of([history])).charts}
+    for title, name in (("First collision: contact force", "force"), ("Energy", "energy")):
+        axes, chart = drawn[title], charts[name]
+        assert axes.get_ylabel().lower() == chart.title.lower()
+        assert [one.get_label() for one in axes.lines] == [curve.label for curve in chart.curves]
+        for curve, one in zip(chart.curves, axes.lines, strict=True):
+            assert set(one.get_ydata()) <= set(curve.values)
+
+
+@pytest.mark.parametrize("case", ["paper", "slap"])
+def test_the_envelope_has_the_least_and_the_largest_value_of_each_station(run, case):
+    history = run(case)
+    axes = {one.get_ylabel(): one for one in history.plot().axes}
+    at_stations = {
+        "moment (N m)": (1.0, history.section_forces()["moment"]),
+        "shear (N)": (1.0, history.section_forces()["shear"]),
+        "bending stress (MPa)": (1e6, history.section_forces()["bending_stress"]),
+        "deflection (mm)": (1e-3, history["uy"]),
+    }
+    for label, (unit, values) in at_stations.items():
+        low, high = axes[label].lines
+        for one, extreme in ((low, np.min), (high, np.max)):
+            np.testing.assert_array_equal(one.get_xdata(), history["station"])
+            np.testing.assert_allclose(unit * one.get_ydata(), extreme(values.values, axis=0), rtol=1e-12)
+
+
+def test_the_envelope_of_a_held_beam_under_a_slow_load_is_that_of_statics():
+    """A uniform load w, of the shaken base, that goes slowly from 0 to both of its extremes.
+
+    Moment w (L - x)^2/2, shear w (L - x), deflection w x^2 (6 L^2 - 4 L x + x^2)/(24 EI), of both signs.  What
+    begins at rest swings beside them by the ratio of the frequencies, 0.25 to 14 Hz.
+    """
+    keys = {"root__kind": "driven", "initial__angle": 0.0, "contact__enabled": False, "gravity": 0.0}
+    keys |= {"base__acceleration": 9.0, "base__frequency": 0.25, "end_time": 4.0, "discretization__modes": 4}
+    history = simulate(Scenario.builtin("paper").adapted(**keys, solver__output_interval=1e-3))
+    beam, x = history.scenario.beam, history["station"].values
+    load, length = 9.0 * beam.density * beam.area, beam.length
+    stiffness = beam.youngs_modulus * beam.second_moment
+    for name, exact in (
+        ("moment", 0.5 * load * (length - x) ** 2),
+        ("shear", load * (length - x)),
+        ("uy", load * x**2 * (6.0 * length**2 - 4.0 * length * x + x**2) / (24.0 * stiffness)),
+    ):
+        low, high = panels.envelope(history, name)
+        np.testing.assert_allclose([-low, high], [exact, exact], rtol=0.0, atol=0.025 * exact.max())
 
 
 def test_the_overview_shows_how_far_events_are_apart(run):
     """Of two runs with the same events: the second one's are later by 1, 2, 3... microseconds."""
     history = run("paper")
     late = [event._replace(time=event.time + 1e-6 * n) for n, event in enumerate(history.events, start=1)]
-    axes = overview.overview({"a": history, "b": replace(history, events=late)}).axes[-1]
+    axes = overview(story_of([history, replace(history, events=late)], names=["a", "b"])).axes[5]
     assert axes.get_title(loc="left") == "(f) Event times: |a − b|"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time of the event (s)", "difference (s)")
     for state, dots in zip((State.FREE, State.SLIP), axes.lines, strict=True):
@@ -141,8 +196,10 @@ def test_the_overview_shows_how_far_events_are_apart(run):
 
 def test_the_overview_of_a_run_without_contact_shows_how_it_bends_and_turns(run):
     history = run("spin-up")
-    axes = {one.get_title(loc="left"): one for one in overview.overview({"": history}).axes}
-    np.testing.assert_allclose(axes["(c) Deflection of the tip"].lines[0].get_ydata(), 1e3 * history["deflection"])
+    axes = {one.get_title(loc="left"): one for one in history.plot().axes}
+    deflection = axes["(c) Deflection of the tip"]
+    assert deflection.get_ylabel() == "deflection of the tip (m)"
+    np.testing.assert_array_equal(deflection.lines[0].get_ydata(), history["deflection"])
     np.testing.assert_array_equal(axes["(d) Rate of rotation"].lines[0].get_ydata(), history["theta_dot"])
 
 
@@ -202,7 +259,7 @@ def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(run, case
 def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch(run):
     for name, mapped in (("paper", False), ("slap", True)):
         history = run(name)
-        titles = [axes.get_title(loc="left") for axes in overview.overview({"": history}).axes]
+        titles = [axes.get_title(loc="left") for axes in history.plot().axes]
         assert any("where the beam touches" in title for title in titles) == mapped
         page = content_of(story_of([history]))
         assert ("places" in [chart.name for chart in page.charts]) == mapped

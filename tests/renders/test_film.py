@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from oblique_impact.renders.film import strip_times, write_film, write_gif, write_still, write_strip
+from oblique_impact.renders.film import write_film, write_gif, write_still
 from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
@@ -73,26 +73,6 @@ def test_frames_of_a_gif_that_are_alike_last_as_long_as_all_of_them(tmp_path):
     write_gif(tmp_path / "a.gif", frames, 60, 30, "")
     with Image.open(tmp_path / "a.gif") as film:
         assert [film.seek(n) or film.info["duration"] for n in range(film.n_frames)] == [500.0] * 4
-
-
-def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):
-    """Rows of one time are alike but for their letters; by default five around the first macro-collision."""
-    story = story_of([run("paper")], Style(size=(600, 160)))
-    history = story.histories[0]
-    write_strip(story, [0.1, 0.1, 0.3], tmp_path / "a.png")
-    with Image.open(tmp_path / "a.png") as picture:
-        assert picture.size[0] == 600
-        assert 3 * 160 < picture.size[1] < 4 * 160
-        rows = np.asarray(picture).astype(int)
-    first, second, third = (rows[n * 160 + 40 : n * 160 + 156] for n in range(3))
-    assert np.array_equal(first, second)
-    assert np.abs(second - third).max() > 50
-    times = strip_times(history)
-    assert len(times) == 5
-    assert times == sorted(times)
-    first = history.summary["macro_collisions"][0]
-    force = history.data["lambda_n"].sel(time=slice(first["start"], first["end"]))
-    assert float(force["time"][int(np.argmax(force.values))]) in times
 
 
 def test_pictures_and_films_say_what_made_them_and_what_their_run_warns_of(story, tmp_path):

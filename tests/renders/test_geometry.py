@@ -142,7 +142,7 @@ def test_the_drawn_solid_is_that_of_the_section(shape):
     last = geometry.times.size - 1
     stress = geometry.result("bending_stress", last)[:on_rings].reshape(-1, SIDES)
     inertia = geometry.sections.second_moment(x)
-    top = -geometry.along("bending_moment", last) * 0.5 * heights / inertia
+    top = -geometry.along("moment", last) * 0.5 * heights / inertia
     np.testing.assert_allclose(stress[:, 0], top, rtol=1e-9, atol=1e-3)
     points, directions = geometry.tube(0)
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0)

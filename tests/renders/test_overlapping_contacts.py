@@ -7,8 +7,7 @@ import pytest
 
 from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.contact.state import State
-from oblique_impact.renders import overview
-from oblique_impact.renders.charts import Curve
+from oblique_impact.renders.panels import Curve
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.timeline import make_timeline, time_map
@@ -150,14 +149,12 @@ def test_the_close_view_says_gap_and_slip_of_the_peg_that_it_shows(case, name):
 @pytest.mark.parametrize("name", CASES)
 def test_charts_shade_when_something_touches_once(case, name):
     history = case(name)
-    axes = next(
-        axes for axes in overview.overview({"": history}).axes if "Distance from" in axes.get_title(loc="left")
-    )
+    axes = next(axes for axes in history.plot().axes if "(contact shaded)" in axes.get_title(loc="left"))
     grid = np.linspace(0.0, float(history["time"][-1]), 200_001)
     count = sum((patch.get_x() <= grid) & (grid <= patch.get_x() + patch.get_width()) for patch in axes.patches)
     np.testing.assert_array_equal(count, touching(history, grid))
     story = story_of([history])
-    axes, course = charted(story, [Curve(grid, grid, "#000000", "time")], "time (s)"), story.time_map
+    axes, course = charted(story, [Curve(grid, grid, "#000000", "time")]), story.time_map
     left, right = axes.get_xlim()
     at = left + course.film_at(grid) * (right - left) / course.duration
     count = sum((patch.get_x() <= at) & (at <= patch.get_x() + patch.get_width()) for patch in axes.patches)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -43,7 +44,6 @@ def test_a_film_says_how_fast_time_runs(folder, tmp_path, cli):
     ("options", "seconds"),
     [
         (("--seconds", "2"), 2.0),
-        (("--preset", "social"), 8.0),
         ((), 20.0),
     ],
 )
@@ -68,9 +68,11 @@ def test_a_film_lasts_as_long_as_it_is_told_to(folder, tmp_path, cli, options, s
         (("--out", "a.mp4", "--between", "1"), "--between 1: should be two numbers"),
         (("--out", "a.png", "--theme", "x"), "--theme x: should be one of light, dark, print"),
         (("--out", "a.html", "--theme", "print"), "--theme print: of a page should be one of light, dark, auto"),
-        (("--out", "a.mp4", "--preset", "x"), "--preset x: should be one of talk, paper, social"),
+        (("--out", "a.mp4", "--preset", "x"), "--preset x: should be one of talk, paper"),
         (("--out", "a.mp4", "--seconds", "0"), "--seconds 0: should be from 1 to 3600"),
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
+        (("--out", "a.png", "--colour", "bending_moment"), "--colour bending_moment: is now called moment"),
+        (("--out", "a.png", "--colour", "shear_force"), "--colour shear_force: is now called shear"),
         (("--out", "a.png", "--size", "10x10"), "--size 10x10: should be from 320x120"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
         (("--out", "a.svg", "--title", "a\x07b"), "--title a\\x07b: should be a text without control characters"),
@@ -108,3 +110,12 @@ def test_pages_of_damaged_histories_are_drawn_or_refused_in_one_line(run, tmp_pa
     contacts = [c._replace(end=1e30) for c in history.contacts]
     late = replace(history, contacts=contacts, summary=history.summary | {"macro_collisions": collisions})
     assert render(late, tmp_path / "a.html").file.is_file()
+
+
+def test_runs_whose_folders_have_one_name_are_all_in_the_charts(folder, tmp_path, cli):
+    other = tmp_path / "beside" / folder.name
+    shutil.copytree(folder, other)
+    code, _, err = cli("render", folder, other, "--out", tmp_path / "a.svg")
+    assert (code, err) == (0, "")
+    # in the legends of force, gap and energy
+    assert (tmp_path / "a.svg").read_text(encoding="utf-8").count(f">{folder.name}</text>") == 3 * 2

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
-from oblique_impact.renders.envelope import drawn
+from oblique_impact.renders.bands import drawn
 from oblique_impact.renders.style import SERIES, STATE_COLOURS
 from oblique_impact.validation.paper.measures import (
     REVERSAL,

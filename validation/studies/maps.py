@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from oblique_impact.errors import Outcome
-from oblique_impact.renders.charts import unit_for
+from oblique_impact.renders.panels import unit_for
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import FULL, Block, Picture, number, picture, shown_unit, with_unit
 from oblique_impact.validation.studies.design import AxisSection, Plan

@@ -15,10 +15,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import FuncFormatter, NullLocator
 
+from oblique_impact.beam_problem import SCHEMES
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import plain, writing
-from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.messages import refused
@@ -214,8 +213,9 @@ def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) ->
         return list(levels), ""
     if all(b < a for a, b in pairwise(mean_steps)):
         return list(mean_steps), ""
-    remark = f"The mean steps do not fall from level to level; tolerance^(1/{EventScheme.order}) is the size."
-    return [level ** (1.0 / EventScheme.order) for level in levels], remark
+    order = SCHEMES["event"].order
+    remark = f"The mean steps do not fall from level to level; tolerance^(1/{order}) is the size."
+    return [level ** (1.0 / order) for level in levels], remark
 
 
 def judge(refined: RefinementSeries, frame: pd.DataFrame, tolerance: float) -> SeriesResult:
@@ -364,7 +364,7 @@ def declared_orders(axis: str, scenario: Scenario, quantities: Sequence[str]) ->
     if axis == "elements" and scenario.discretization.modes > 0:
         order = 4.0
     elif axis == "steps" and scenario.solver.scheme == "generalized-alpha" and not rigid:
-        order = float(GeneralizedAlphaScheme.order)
+        order = float(SCHEMES["generalized-alpha"].order)
     else:
         return {}
     return {name: order for name in quantities if name not in _ROUGH and ":" not in name}

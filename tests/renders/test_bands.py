@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oblique_impact.renders.envelope import PERIOD, drawn
+from oblique_impact.renders.bands import PERIOD, drawn
 
 
 def swinging(period):
