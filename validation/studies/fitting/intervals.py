@@ -77,30 +77,31 @@ def find_intervals(problem: Problem, best: Solution, workers: int | None, on_pro
         raise InputError(f"--vary: {', '.join(p.label for p in problem.parameters)}: no effect on these data")
     if len(free) < len(every):
         best, found = problem.fit(best.u, free)
-    freedom, scale = (math.inf, 1.0) if given else (found.nfree, found.redchi)
+    freedom = best.residuals.size - (len(free) if given else len(every))
+    quantile = float(t.ppf(0.975, math.inf if given else freedom))
     # lmfit inverts J^T J, which fails for keys that only a product of theirs determines
     _, s, Vt = np.linalg.svd(found.jac, full_matrices=False)
-    covariance = scale * (Vt.T / np.maximum(s, 1e-12 * s.max(initial=1.0)) ** 2 @ Vt)
+    covariance = Vt.T / np.maximum(s, 1e-12 * s.max(initial=1.0)) ** 2 @ Vt
     errors, labels = np.sqrt(np.diag(covariance)), [problem.parameters[k].label for k in free]
     correlation = pd.DataFrame(covariance / np.outer(errors, errors), labels, labels)
-    quantile, wide = float(t.ppf(0.975, freedom)), list[int]()
-    intervals = [Interval()] * len(every)
-    for k, error, along in zip(free, errors.tolist(), found.jac.T, strict=True):
-        step = min(max(error, 2.0 * problem.step), _WIDE)
-        wider = problem.derivative(best.u, k, step, best.residuals)
-        nonlinearity = float(np.linalg.norm(wider - along) / max(np.linalg.norm(along), _NO_EFFECT))
+    intervals, wide = [Interval()] * len(every), dict[int, Array]()
+    for k, error, row, along in zip(free, errors.tolist(), covariance, found.jac.T, strict=True):
+        wider = problem.derivative(best.u, k, min(max(error, 2.0 * problem.step), _WIDE))
+        change, size = np.linalg.norm(wider - along), np.linalg.norm(along)
+        nonlinearity = float(change) / max(float(size), _NO_EFFECT)
         reach, (lowest, highest) = quantile * error, problem.parameters[k].bounds
         low, high = best.u[k] - reach, best.u[k] + reach
         if reach > _WIDE or nonlinearity > _NONLINEAR or not lowest < low < high < highest:
             intervals[k] = Interval(kind="profile", nonlinearity=nonlinearity)
-            wide.append(k)
+            wide[k] = row
         else:
             intervals[k] = Interval(low, high, "Jacobian", nonlinearity)
-    profile = partial(_profile, problem, best, free, covariance, freedom, scale)
-    ends = map_parallel(profile, wide, workers, on_progress, [problem.parameters[k].label for k in wide])
+    profile = partial(_profile, problem, best, free, quantile)
+    names = [problem.parameters[k].label for k in wide]
+    ends = map_parallel(profile, [*wide.items()], workers, on_progress, names)
     for k, (low, high) in zip(wide, ends, strict=True):
         intervals[k] = intervals[k]._replace(low=low, high=high)
-    return Estimate(best, intervals, correlation, best.residuals.size - len(free), _report(problem, found))
+    return Estimate(best, intervals, correlation, freedom, _report(problem, best, found))
 
 
 def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Solution, list[int]]:
@@ -119,20 +120,20 @@ def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Soluti
 
 
 def _profile(
-    problem: Problem, best: Solution, free: list[int], covariance: Array, freedom: float, scale: float, key: int
+    problem: Problem, best: Solution, free: list[int], quantile: float, task: tuple[int, Array]
 ) -> tuple[float, float]:
-    """Return the coordinates of both ends of the interval of a key, infinite where its profile stays below.
+    """Return the coordinates where the least sum of squares has grown by t^2, infinite where it does not.
 
-    `free` are the keys with an effect, `covariance` is theirs, `scale` the variance of a residual.
+    `free` are the keys with an effect; the task is one of them and its row of their covariance.
     """
     from lmfit import conf_interval
     from lmfit.minimizer import MinimizerResult
 
-    origin, names = best.u - _ORIGIN, [problem.parameters[k].name for k in free]
-    minimizer = problem.minimizer(best.u, free, origin)
-    row = covariance[free.index(key)]
+    key, row = task
     variance = row[free.index(key)]
-    param, far = minimizer.params[problem.parameters[key].name], _REACH + abs(best.u[key])
+    minimizer = problem.minimizer(best.u, free, _ORIGIN)
+    params = [minimizer.params[problem.parameters[k].name] for k in free]
+    param, far = params[free.index(key)], _REACH + abs(best.u[key])
     param.set(min=max(param.min, _ORIGIN - far), max=min(param.max, _ORIGIN + far))
     param.stderr = min(max(math.sqrt(variance), 0.01 * far), 1.0)  # its steps, of which it makes at most 200
     if len(free) == 1:
@@ -140,38 +141,35 @@ def _profile(
 
     def refit() -> Any:
         """Minimize from where the others go along at first, by a method that can leave bounds."""
-        at = minimizer.params[param.name].value - _ORIGIN
-        for name, slope in zip(names, row / variance, strict=True):
-            minimizer.params[name].value = _ORIGIN + slope * at
+        moved = minimizer.params[param.name].value - _ORIGIN
+        for one, covariance in zip(params, row, strict=True):
+            minimizer.params[one.name].value = _ORIGIN + moved * covariance / variance
         return minimizer.least_squares()
 
     def probability(_: Any, moved: Any) -> float:
-        growth = max(moved.chisqr - best.squares, 0.0) / scale
-        return float(2.0 * t.cdf(math.sqrt(growth), freedom) - 1.0)
+        """Return 0.95 where the root of the growth is t, and less or more where it is."""
+        growth = math.sqrt(max(moved.chisqr - best.squares, 0.0)) / quantile
+        return min(0.95 * growth, 1.0)
 
     minimizer.leastsq = refit
     start = MinimizerResult(params=minimizer.params, chisqr=best.squares)
     with warnings.catch_warnings(), np.errstate(invalid="ignore"):
         warnings.simplefilter("ignore", UserWarning)  # of a bound that is reached: that end is infinite
-        found = conf_interval(
-            minimizer, start, [param.name], [0.95], prob_func=probability, min_rel_change=-math.inf
-        )
-    (_, low), _, (_, high) = found[param.name]
-    return low + origin[key], high + origin[key]
+        ends = conf_interval(minimizer, start, [param.name], [0.95], prob_func=probability, min_rel_change=-1.0)
+    (_, low), _, (_, high) = ends[param.name]
+    return best.u[key] + low - _ORIGIN, best.u[key] + high - _ORIGIN
 
 
-def _report(problem: Problem, found: Any) -> str:
+def _report(problem: Problem, best: Solution, found: Any) -> str:
     """Return lmfit's report of the keys in place of their coordinates."""
     from lmfit import fit_report
 
-    for p in problem.parameters:
-        param = found.params[p.name]
-        value = p.value(param.value)
-        slope = value if p.positive else p.value(1.0) - p.value(0.0)
+    for p, u in zip(problem.parameters, best.u.tolist(), strict=True):
+        param, value = found.params[p.name], p.value(u)
         param.set(value=value, min=-math.inf, max=math.inf)
         param.init_value = p.start
         if param.stderr is not None:
-            param.stderr *= slope
+            param.stderr *= value if p.positive else p.value(1.0) - p.value(0.0)
     return str(fit_report(found)).replace("__", ".")
 
 

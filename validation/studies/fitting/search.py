@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -187,49 +186,45 @@ class Problem:
             misfit = self.predict(u) - self.measured.table["measured"].to_numpy()
         except (InputError, GapError):
             return np.full(self.deviations.size, _NONE)
-        return misfit / self.deviations
+        residuals: Array = misfit / self.deviations
+        return residuals
 
-    def derivative(self, u: Array, k: int, step: float, here: Array) -> Array:
-        """Return the derivative (n,) of the residuals, which are `here` at u, by coordinate k.
+    def derivative(self, u: Array, k: int, step: float) -> Array:
+        """Return the derivative (n,) of the residuals by coordinate k.
 
         One-sided where no run on one side has all that was measured, and 0 where none on either has.
         """
-        moved = [(h, self.residuals(u + h * np.eye(len(u))[k])) for h in (step, -step)]
-        known = [(h, found) for h, found in (*moved, (0.0, here)) if _exists(found)]
+        known = list[tuple[float, Array]]()
+        for side in (step, -step, 0.0):
+            if len(known) < 2 and _exists(found := self.residuals(u + side * np.eye(len(u))[k])):
+                known.append((side, found))
         if len(known) < 2:
-            return np.zeros(here.size)
-        (a, left), (b, right) = known[:2]
+            return np.zeros(self.deviations.size)
+        (a, left), (b, right) = known
         return (right - left) / (b - a)
 
-    def minimizer(self, u: Array, free: Sequence[int], origin: Array | float = 0.0) -> Any:
-        """Return the `lmfit.Minimizer` over the coordinates `free`, less an origin, that begins at u (p,)."""
+    def minimizer(self, u: Array, free: Sequence[int], value: float = 0.0) -> Any:
+        """Return the `lmfit.Minimizer` over the coordinates `free`, whose parameters have this value at u (p,)."""
         from lmfit import Minimizer, Parameters
 
-        names = [p.name for p in self.parameters]
         params = Parameters()
-        for k, (p, x, zero) in enumerate(zip(self.parameters, u, np.broadcast_to(origin, u.shape), strict=True)):
+        for k, (p, x) in enumerate(zip(self.parameters, u.tolist(), strict=True)):
             low, high = p.bounds
-            params.add(p.name, x - zero, k in free, low - zero, high - zero)
+            params.add(p.name, value, k in free, value + low - x, value + high - x)
 
-        @cache  # derivatives are asked for where residuals have been
-        def at(*place: float) -> Array:
-            return self.residuals(np.array(place))
-
-        def place(some: Mapping[str, Any]) -> Array:
-            return np.array([some[name].value for name in names]) + origin
+        def at(some: Mapping[str, Any]) -> Array:
+            moved: Array = u + np.array([some[p.name].value - value for p in self.parameters])
+            return moved
 
         def derivatives(some: Mapping[str, Any]) -> Array:
-            here, varied = place(some), [name for name in some if some[name].vary]
-            found = np.zeros((self.deviations.size, len(varied)))
-            for column, name in enumerate(varied):
-                if name in names:  # a variable of a profile moves nothing
-                    found[:, column] = self.derivative(here, names.index(name), self.step, at(*here))
-            return found
+            varied = [k for k, p in enumerate(self.parameters) if some[p.name].vary]
+            columns = [self.derivative(at(some), k, self.step) for k in varied]
+            return np.stack(columns or [np.zeros(self.deviations.size)], axis=1)  # another variable moves nothing
 
         return Minimizer(
-            lambda some: at(*place(some)),
+            lambda some: self.residuals(at(some)),
             params,
-            scale_covar=not self.measured.has_deviations,
+            scale_covar=False,
             Dfun=derivatives,
             ftol=1e-5,  # of the sum of squares: less than the noise moves it by
             xtol=1e-9,
@@ -240,7 +235,8 @@ class Problem:
         """Minimize the sum of squares over the coordinates `free` from u (p,); return lmfit's result too."""
         with np.errstate(invalid="ignore"):  # a variance of keys that are not identified may come out below 0
             found = self.minimizer(u, free).least_squares()
-        return Solution(np.array([found.params[p.name].value for p in self.parameters]), found.residual), found
+        moved = np.array([found.params[p.name].value for p in self.parameters])
+        return Solution(u + moved, found.residual), found
 
     def minimize(self, u: Array) -> Solution:
         """Minimize the sum of squares from u (p,)."""
