@@ -280,7 +280,7 @@ def find_keys(problem: Problem, starts: int, workers: int | None, on_progress: O
             before = problem.deviations
             deviations = problem.measured.deviations_from(solution.residuals * before, len(points[0]))
             problem = replace(problem, deviations=deviations)
-            if np.allclose(before, deviations, rtol=0.01):
+            if np.ptp(deviations / before) < 0.01 * np.min(deviations / before):
                 break
             solution = problem.minimize(solution.u)
         found = [Solution(one.u, one.residuals * first / problem.deviations) for one in found]
