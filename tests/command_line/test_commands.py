@@ -52,7 +52,7 @@ def test_what_a_shell_is_told():
 def test_help_imports_no_numerics():
     code = (
         "import sys; from oblique_impact.command_line.application import application; application(); "
-        "print([m for m in ('numba', 'scipy', 'matplotlib', 'pyvista', 'pint') if m in sys.modules])"
+        "print([m for m in ('numba', 'scipy', 'matplotlib', 'pyvista', 'pint', 'lmfit') if m in sys.modules])"
     )
     assert python(code).stdout.strip() == "[]"
 

@@ -15,6 +15,7 @@ from oblique_impact.renders.exports import export
 from oblique_impact.validation import fit
 from oblique_impact.validation.studies.fitting.measured import read_measured
 from oblique_impact.validation.studies.parallel import map_parallel
+from tests.refusals import refused_in_one_line
 
 # a steel strip, clamped, falls onto an elastic stop 2 mm below it, twice in a tenth of a second
 STRIP = Scenario.builtin(
@@ -159,6 +160,13 @@ def test_a_damping_that_is_not_there_gets_an_upper_end(tmp_path, exact):
 
 
 # --- what is refused
+
+
+def test_a_fit_of_no_key_that_has_an_effect_is_refused(tmp_path, exact):
+    """Nothing touches within the first 8 values."""
+    data = written(tmp_path / "d.csv", "time [s], displacement@0.2 m [m]", TIMES[:8], exact[:8])
+    with refused_in_one_line("contact.stiffness: no effect on these data", start="--vary: "):
+        fit(GUESS, data, vary=["contact.stiffness"], starts=1, workers=1)
 
 
 SERIES = "time [ms], displacement@0.1 m [mm]\n1,2\n2,3\n3,4\n"

@@ -61,6 +61,8 @@ class FitResult:
     #: of the residuals over their deviations, which are the same for all starts
     sum_of_squares: float
     degrees_of_freedom: int
+    #: what lmfit reports: statistics, values with standard errors, correlations
+    fit_report: str
     #: what stands against the result, and warnings of the fitted run
     warnings: tuple[str, ...]
     #: wall time (s)
@@ -150,6 +152,7 @@ def fit(
             starts=_starts(found),
             sum_of_squares=estimate.solution.squares,
             degrees_of_freedom=estimate.degrees_of_freedom,
+            fit_report=estimate.report,
             warnings=tuple(caveats(found, estimate, history, workers)),
             seconds=time.perf_counter() - started,
         )
@@ -189,7 +192,7 @@ def lines(result: FitResult) -> list[str]:
         known = row.interval != "no effect"
         interval = f"  95 %: {row.low:.5g} to {row.high:.5g} ({row.interval})" if known else ""
         found.append(f"{row.key:28} {row.value:.6g} {shown_unit(row.unit)}{interval}")
-    return [*found, f"sum of squares {_squares(result)}", *result.warnings]
+    return [*found, *result.fit_report.splitlines(), *result.warnings]
 
 
 def _squares(result: FitResult) -> str:
@@ -200,10 +203,9 @@ def report(result: FitResult, name: str = "scenario") -> Report:
     """Return the report: keys with their intervals, data and fit, residuals, correlations, starts."""
     name = Path(name).name
     starts = result.starts.rename(columns={"sum_of_squares": "sum of squares"})
-    of_starts = (
-        "Where each began, where it ended, and the sum of squares there, over the deviations of the result."
-    )
+    of_starts = "Where each began and ended, and the sum of squares there, over the deviations of the result."
     correlation = result.correlation.rename_axis("key").reset_index()
+    of_lmfit = Table(["lmfit"], [[Cell(line.strip(), "code")] for line in result.fit_report.splitlines()])
     method = f"{search.__doc__}\n\n{intervals.__doc__}".split("\n\n")
     return Report(
         "Fit of a scenario to measured data",
@@ -215,6 +217,7 @@ def report(result: FitResult, name: str = "scenario") -> Report:
             Section("Data and fit", _data_and_fit(result.data)),
             Section("Correlation", [_as_it_is(correlation, "Of logarithms where keys are positive.", 3)]),
             *section_of_parameters({name: result.scenario}, "The fitted scenario."),
+            Section("Report of lmfit", [of_lmfit], opened=False),
             Section("Starts", [_as_it_is(starts, of_starts)]),
             Section("How it is found", [Text(" ".join(paragraph.split())) for paragraph in method]),
         ],

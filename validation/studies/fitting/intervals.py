@@ -2,21 +2,21 @@
 
 Intervals are those of the linearized problem, from the matrix J of derivatives, with the quantile t of Student, or
 of Gauss where the deviations are given: t sqrt(diag (J^T J)^-1) to both sides.  Where these are wide, or J differs
-by more than 10 % when its differences reach over a standard error, they are of the profile likelihood: as far as
-the key can go while the others are fitted again and the sum of squares grows by no more than t^2 (Bates and Watts,
-Nonlinear Regression Analysis, 1988, Sec. 6.1).
+by more than 10 % when its differences reach over a standard error, they are of the profile likelihood, by the
+`conf_interval` of lmfit: as far as the key can go while the others are fitted again and the sum of squares grows
+by no more than t^2 (Bates and Watts, Nonlinear Regression Analysis, 1988, Sec. 6.1).
 """
 
 from __future__ import annotations
 
 import math
-from functools import cache, partial
-from typing import NamedTuple
+import warnings
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
-from scipy.stats import chi2, norm, t
+from scipy.stats import chi2, t
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
@@ -38,8 +38,8 @@ from oblique_impact.validation.studies.study import run_study
 #: of a logarithm: intervals that reach farther are profiled; so far a profile goes; a key whose change by a factor
 #: of e moves no more than this part of the noise has no effect
 _WIDE, _REACH, _NO_EFFECT = 0.4, math.log(1e3), 0.01
-#: of a logarithm: error of an end of a profile; growths over t beyond this are taken for it, without a run too
-_CLOSE, _FAR = 1e-3, 10.0
+#: coordinate of the value in a profile: `conf_interval` goes by standard errors only if these are less than it
+_ORIGIN = 10.0
 #: relative change of derivatives beyond which an interval is profiled
 _NONLINEAR = 0.1
 #: a correlation beyond which data determine two keys together only; chi-squared less probable than this
@@ -66,36 +66,44 @@ class Estimate(NamedTuple):
     #: of the keys with an effect
     correlation: pd.DataFrame
     degrees_of_freedom: int
+    #: as text, by lmfit
+    report: str
 
 
 def find_intervals(problem: Problem, best: Solution, workers: int | None, on_progress: OnProgress) -> Estimate:
-    """Find intervals and correlations at the least sum of squares."""
-    count, given = len(best.u), problem.measured.has_deviations
-    J = np.stack([problem.derivative(best.u, k, problem.step) for k in range(count)], axis=1)
-    best, free = _effective(problem, best, np.linalg.norm(J, axis=0))
-    freedom = best.residuals.size - (len(free) if given else count)
-    quantile = float(norm.ppf(0.975) if given else t.ppf(0.975, freedom))
-    _, s, Vt = np.linalg.svd(J[:, free], full_matrices=False)
+    """Find intervals and correlations at the least sum of squares; raises InputError if no key has an effect."""
+    every, given = range(len(best.u)), problem.measured.has_deviations
+    best, found = problem.fit(best.u, every)
+    best, free = _effective(problem, best, np.linalg.norm(found.jac, axis=0))
+    if not free:
+        raise InputError(f"--vary: {', '.join(p.label for p in problem.parameters)}: no effect on these data")
+    if len(free) < len(every):
+        best, found = problem.fit(best.u, free)
+    freedom = best.residuals.size - (len(free) if given else len(every))
+    quantile = float(t.ppf(0.975, math.inf if given else freedom))
+    # lmfit inverts J^T J, which fails for keys that only a product of theirs determines
+    _, s, Vt = np.linalg.svd(found.jac, full_matrices=False)
     covariance = Vt.T / np.maximum(s, 1e-12 * s.max(initial=1.0)) ** 2 @ Vt
-    errors, found, ends = np.sqrt(np.diag(covariance)), [Interval()] * count, list[tuple[int, float]]()
-    for k, error in zip(free, errors.tolist(), strict=True):
+    errors, labels = np.sqrt(np.diag(covariance)), [problem.parameters[k].label for k in free]
+    correlation = pd.DataFrame(covariance / np.outer(errors, errors), labels, labels)
+    intervals, wide = [Interval()] * len(every), dict[int, Array]()
+    for k, error, row, along in zip(free, errors.tolist(), covariance, found.jac.T, strict=True):
         wider = problem.derivative(best.u, k, min(max(error, 2.0 * problem.step), _WIDE))
-        nonlinearity = float(np.linalg.norm(wider - J[:, k]) / np.linalg.norm(J[:, k]))
+        change, size = np.linalg.norm(wider - along), np.linalg.norm(along)
+        nonlinearity = float(change) / max(float(size), _NO_EFFECT)
         reach, (lowest, highest) = quantile * error, problem.parameters[k].bounds
         low, high = best.u[k] - reach, best.u[k] + reach
         if reach > _WIDE or nonlinearity > _NONLINEAR or not lowest < low < high < highest:
-            found[k] = Interval(kind="profile", nonlinearity=nonlinearity)
-            ends += [(k, -1.0), (k, 1.0)]
+            intervals[k] = Interval(kind="profile", nonlinearity=nonlinearity)
+            wide[k] = row
         else:
-            found[k] = Interval(low, high, "Jacobian", nonlinearity)
-    profile_end = partial(_profile_end, problem, best, free, covariance, quantile)
-    names = [problem.parameters[k].label for k, _ in ends]
-    profiled = map_parallel(profile_end, ends, workers, on_progress, names)
-    for (k, _), low, high in zip(ends[::2], profiled[::2], profiled[1::2], strict=True):
-        found[k] = found[k]._replace(low=low, high=high)
-    labels = [problem.parameters[k].label for k in free]
-    correlation = pd.DataFrame(covariance / np.outer(errors, errors), labels, labels)
-    return Estimate(best, found, correlation, freedom)
+            intervals[k] = Interval(low, high, "Jacobian", nonlinearity)
+    profile = partial(_profile, problem, best, free, quantile)
+    names = [problem.parameters[k].label for k in wide]
+    ends = map_parallel(profile, [*wide.items()], workers, on_progress, names)
+    for k, (low, high) in zip(wide, ends, strict=True):
+        intervals[k] = intervals[k]._replace(low=low, high=high)
+    return Estimate(best, intervals, correlation, freedom, _report(problem, best, found))
 
 
 def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Solution, list[int]]:
@@ -103,47 +111,68 @@ def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Soluti
     least, free = best.squares, list[int]()
     for k, effect in enumerate(effects):
         if effect < _NO_EFFECT:
-            back = problem.evaluate(np.where(np.arange(effects.size) == k, 0.0, best.u))
+            back = np.where(np.arange(effects.size) == k, 0.0, best.u)
+            there = Solution(back, problem.residuals(back))
             # not of one that went so far down that it has none any more
-            if back.squares < least + _NO_EFFECT:
-                best = back
+            if there.squares < least + _NO_EFFECT:
+                best = there
                 continue
         free.append(k)
     return best, free
 
 
-def _profile_end(
-    problem: Problem, best: Solution, free: list[int], covariance: Array, quantile: float, end: tuple[int, float]
-) -> float:
-    """Return the coordinate where the least sum of squares has grown by t^2; infinite if that is beyond reach.
+def _profile(
+    problem: Problem, best: Solution, free: list[int], quantile: float, task: tuple[int, Array]
+) -> tuple[float, float]:
+    """Return the coordinates where the least sum of squares has grown by t^2, infinite where it does not.
 
-    `free` are the keys with an effect, `covariance` is theirs; an end is a key and a side.
+    `free` are the keys with an effect; the task is one of them and its row of their covariance.
     """
-    key, side = end
-    others, row = [k for k in free if k != key], covariance[free.index(key)]
+    from lmfit import conf_interval
+    from lmfit.minimizer import MinimizerResult
+
+    key, row = task
     variance = row[free.index(key)]
-    along = np.zeros(best.u.size)  # how all keys go along with this one at first
-    along[free] = row / variance
-    limit = problem.parameters[key].bounds[int(side > 0.0)]
-    far = min(_REACH + abs(best.u[key]), side * (limit - best.u[key]))
-    at = {0.0: best.u}  # the others where they have been fitted again within the interval
+    minimizer = problem.minimizer(best.u, free, _ORIGIN)
+    params = [minimizer.params[problem.parameters[k].name] for k in free]
+    param, far = params[free.index(key)], _REACH + abs(best.u[key])
+    param.set(min=max(param.min, _ORIGIN - far), max=min(param.max, _ORIGIN + far))
+    param.stderr = min(max(math.sqrt(variance), 0.01 * far), 1.0)  # its steps, of which it makes at most 200
+    if len(free) == 1:
+        minimizer.params.add("nothing", 0.0)  # it refuses a single variable
 
-    @cache
-    def beyond(distance: float) -> float:
-        """Return the root of the growth over t, less 1."""
-        near = max(where for where in at if where <= distance)
-        found = problem.minimize(at[near] + side * (distance - near) * along, others)
-        growth = math.sqrt(max(found.squares - best.squares, 0.0)) / quantile
-        if growth < 1.0:
-            at[distance] = found.u
-        return min(growth, _FAR) - 1.0
+    def refit() -> Any:
+        """Minimize from where the others go along at first, by a method that can leave bounds."""
+        moved = minimizer.params[param.name].value - _ORIGIN
+        for one, covariance in zip(params, row, strict=True):
+            minimizer.params[one.name].value = _ORIGIN + moved * covariance / variance
+        return minimizer.least_squares()
 
-    near, distance = 0.0, min(quantile * math.sqrt(variance), far)
-    while beyond(distance) < 0.0:
-        if distance >= far:
-            return side * math.inf
-        near, distance = distance, min(far, distance * min(4.0, 1.05 / max(beyond(distance) + 1.0, 0.25)))
-    return float(best.u[key] + side * brentq(beyond, near, distance, xtol=_CLOSE))
+    def probability(_: Any, moved: Any) -> float:
+        """Return 0.95 where the root of the growth is t, and less or more where it is."""
+        growth = math.sqrt(max(moved.chisqr - best.squares, 0.0)) / quantile
+        return min(0.95 * growth, 1.0)
+
+    minimizer.leastsq = refit
+    start = MinimizerResult(params=minimizer.params, chisqr=best.squares)
+    with warnings.catch_warnings(), np.errstate(invalid="ignore"):
+        warnings.simplefilter("ignore", UserWarning)  # of a bound that is reached: that end is infinite
+        ends = conf_interval(minimizer, start, [param.name], [0.95], prob_func=probability, min_rel_change=-1.0)
+    (_, low), _, (_, high) = ends[param.name]
+    return best.u[key] + low - _ORIGIN, best.u[key] + high - _ORIGIN
+
+
+def _report(problem: Problem, best: Solution, found: Any) -> str:
+    """Return lmfit's report of the keys in place of their coordinates."""
+    from lmfit import fit_report
+
+    for p, u in zip(problem.parameters, best.u.tolist(), strict=True):
+        param, value = found.params[p.name], p.value(u)
+        param.set(value=value, min=-math.inf, max=math.inf)
+        param.init_value = p.start
+        if param.stderr is not None:
+            param.stderr *= value if p.positive else p.value(1.0) - p.value(0.0)
+    return str(fit_report(found)).replace("__", ".")
 
 
 # --- what stands against it

@@ -1,8 +1,8 @@
 """Search of the keys with which a scenario says what was measured.
 
 The sum of squares of (run - measured)/sigma is minimized over the logarithms of keys that cannot be negative, and
-over the values of others, from several starts.  Without standard deviations in the file, sigma is that of the
-residuals, one for all columns of a unit.
+over the values of others, by the method `least_squares` of lmfit from several starts.  Without standard deviations
+in the file, sigma is that of the residuals, one for all columns of a unit.
 
 The matrix J of derivatives consists of differences of runs, whose error is no smooth function of the keys: steps
 and events fall elsewhere.  With an error e of a run a quotient over the step h errs by about e/h, and by h^2/6
@@ -15,13 +15,11 @@ contacts come and go; then the differences over a standard error tell, and the p
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
@@ -38,6 +36,8 @@ from oblique_impact.validation.studies.quantities import GapError
 
 #: starts are spread over a factor of 10 to both sides, of keys with a sign over a tenth of their value
 _FACTOR, _PART = 10.0, 0.1
+#: residual where no run has all that was measured: the search turns back
+_NONE = 1e100
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,11 @@ class Parameter:
     def label(self) -> str:
         """Keys as one name."""
         return " = ".join(self.keys)
+
+    @property
+    def name(self) -> str:
+        """Name of the coordinate in lmfit."""
+        return self.keys[0].replace(".", "__")
 
     def value(self, u: float) -> float:
         """Value of the key at a coordinate."""
@@ -140,16 +145,15 @@ def _number(key: str, text: str) -> float:
 
 @dataclass(frozen=True)
 class Solution:
-    """Coordinates (p,) of the keys, and the residuals (n,) there, NaN where no run has all that was measured."""
+    """Coordinates (p,) of the keys, and the residuals (n,) there."""
 
     u: Array
     residuals: Array
 
     @property
     def squares(self) -> float:
-        """Sum of squares; infinite without such a run."""
-        found = float(self.residuals @ self.residuals)
-        return math.inf if math.isnan(found) else found
+        """Sum of squares; infinite where no run has all that was measured."""
+        return float(self.residuals @ self.residuals) if _exists(self.residuals) else math.inf
 
 
 @dataclass(frozen=True)
@@ -176,62 +180,72 @@ class Problem:
         """Return what the run at u says of the data (n,); raises InputError and GapError."""
         return self.measured.predict(simulate(self.scenario(u)))
 
-    def evaluate(self, u: Array) -> Solution:
-        """Return the residuals (run - measured)/sigma at u."""
+    def residuals(self, u: Array) -> Array:
+        """Return (run - measured)/sigma at u."""
         try:
             misfit = self.predict(u) - self.measured.table["measured"].to_numpy()
         except (InputError, GapError):
-            misfit = np.full(self.deviations.size, math.nan)
-        return Solution(u, misfit / self.deviations)
+            return np.full(self.deviations.size, _NONE)
+        residuals: Array = misfit / self.deviations
+        return residuals
 
-    def derivative(self, u: Array, k: int, step: float, here: Array | None = None) -> Array:
-        """Return the derivative (n,) of the residuals by coordinate k: central, or one-sided from those `here`.
+    def derivative(self, u: Array, k: int, step: float) -> Array:
+        """Return the derivative (n,) of the residuals by coordinate k.
 
-        One-sided too where no run on one side has all that was measured, and 0 where none on either has.
+        One-sided where no run on one side has all that was measured, and 0 where none on either has.
         """
-        known = [] if here is None else [(0.0, here)]
+        known = list[tuple[float, Array]]()
         for side in (step, -step, 0.0):
-            if len(known) < 2 and (side or here is None):
-                found = self.evaluate(u + side * np.eye(len(u))[k])
-                if math.isfinite(found.squares):
-                    known.append((side, found.residuals))
+            if len(known) < 2 and _exists(found := self.residuals(u + side * np.eye(len(u))[k])):
+                known.append((side, found))
         if len(known) < 2:
             return np.zeros(self.deviations.size)
         (a, left), (b, right) = known
         return (right - left) / (b - a)
 
-    def minimize(self, u: Array, free: Sequence[int]) -> Solution:
-        """Minimize the sum of squares over the coordinates `free` from u (p,)."""
-        free, bounds = list(free), np.array([p.bounds for p in self.parameters]).T
-        start = np.where(np.isin(range(len(u)), free), np.clip(u, *bounds), u)
+    def minimizer(self, u: Array, free: Sequence[int], value: float = 0.0) -> Any:
+        """Return the `lmfit.Minimizer` over the coordinates `free`, whose parameters have this value at u (p,)."""
+        from lmfit import Minimizer, Parameters
 
-        def moved(part: Array | tuple[float, ...]) -> Array:
-            found = start.copy()
-            found[free] = part
-            return found
+        params = Parameters()
+        for k, (p, x) in enumerate(zip(self.parameters, u.tolist(), strict=True)):
+            low, high = p.bounds
+            params.add(p.name, value, k in free, value + low - x, value + high - x)
 
-        @lru_cache(maxsize=1)  # derivatives are asked for where residuals have just been
-        def at(*part: float) -> Solution:
-            return self.evaluate(moved(part))
+        def at(some: Mapping[str, Any]) -> Array:
+            moved: Array = u + np.array([some[p.name].value - value for p in self.parameters])
+            return moved
 
-        def derivatives(part: Array) -> Array:
-            here = at(*part)
-            return np.stack([self.derivative(here.u, k, self.step, here.residuals) for k in free], axis=1)
+        def derivatives(some: Mapping[str, Any]) -> Array:
+            varied = [k for k, p in enumerate(self.parameters) if some[p.name].vary]
+            columns = [self.derivative(at(some), k, self.step) for k in varied]
+            return np.stack(columns or [np.zeros(self.deviations.size)], axis=1)  # another variable moves nothing
 
-        first = at(*start[free])
-        if not free or math.isinf(first.squares):
-            return first
-        found = least_squares(
-            lambda part: at(*part).residuals,
-            start[free],
-            derivatives,
-            tuple(bounds[:, free]),
+        return Minimizer(
+            lambda some: self.residuals(at(some)),
+            params,
+            scale_covar=False,
+            Dfun=derivatives,
             ftol=1e-5,  # of the sum of squares: less than the noise moves it by
             xtol=1e-9,
             gtol=1e-9,
-            max_nfev=40,
         )
-        return Solution(moved(found.x), found.fun)
+
+    def fit(self, u: Array, free: Sequence[int]) -> tuple[Solution, Any]:
+        """Minimize the sum of squares over the coordinates `free` from u (p,); return lmfit's result too."""
+        with np.errstate(invalid="ignore"):  # a variance of keys that are not identified may come out below 0
+            found = self.minimizer(u, free).least_squares()
+        moved = np.array([found.params[p.name].value for p in self.parameters])
+        return Solution(u + moved, found.residual), found
+
+    def minimize(self, u: Array) -> Solution:
+        """Minimize the sum of squares from u (p,)."""
+        return self.fit(u, range(u.size))[0]
+
+
+def _exists(residuals: Array) -> bool:
+    """Whether there is a run with all that was measured."""
+    return bool(np.abs(residuals).max() < math.sqrt(_NONE))  # whatever they are scaled by
 
 
 class SearchResult(NamedTuple):
@@ -246,13 +260,12 @@ class SearchResult(NamedTuple):
 def find_keys(problem: Problem, starts: int, workers: int | None, on_progress: OnProgress) -> SearchResult:
     """Minimize from several starts; raises InputError if none has a run with all that was measured.
 
-    Without deviations in the file the best start goes on until these and its keys agree, the others then with
-    the same deviations.
+    Without deviations in the file the best start goes on until these and its keys agree; the sums of squares of
+    the others are those over the same deviations, where they ended with the first ones.
     """
     points = _starting_points(problem.parameters, starts)
     names = [f"start {number}" for number in range(1, starts + 1)]
-    every = range(len(problem.parameters))
-    found = map_parallel(partial(problem.minimize, free=every), points, workers, on_progress, names)
+    found = map_parallel(problem.minimize, points, workers, on_progress, names)
     best = min(range(starts), key=lambda number: found[number].squares)
     solution = found[best]
     if math.isinf(solution.squares):
@@ -262,16 +275,15 @@ def find_keys(problem: Problem, starts: int, workers: int | None, on_progress: O
             words = "no start has a run with all that was measured; the first has not"
             raise InputError(f"{words}: {reason}") from None
     if not problem.measured.has_deviations:
+        first = problem.deviations
         for _ in range(8):  # the weights of several units settle within a few rounds
             before = problem.deviations
-            deviations = problem.measured.deviations_from(solution.residuals * before, len(every))
+            deviations = problem.measured.deviations_from(solution.residuals * before, len(points[0]))
             problem = replace(problem, deviations=deviations)
-            solution = problem.minimize(solution.u, every)
-            if np.allclose(before, deviations, rtol=0.01):
+            if np.ptp(deviations / before) < 0.01 * np.min(deviations / before):
                 break
-        ends = [one.u for one in found]
-        found = map_parallel(partial(problem.minimize, free=every), ends, workers, on_progress, names)
-        found[best] = solution
+            solution = problem.minimize(solution.u)
+        found = [Solution(one.u, one.residuals * first / problem.deviations) for one in found]
     return SearchResult(problem, points, found, best)
 
 
