@@ -30,6 +30,7 @@ print(json.dumps(sorted(set(sys.modules) - before)))
 """
 
 
+@pytest.mark.slow  # the quick one reads the imports
 def test_drawing_a_saved_history_loads_nothing_that_makes_one(folder, tmp_path):
     command = [sys.executable, "-c", SCRIPT, str(folder), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
