@@ -164,8 +164,12 @@ def test_the_parts_of_the_how_to_run():
     for block in blocks(DOCS / "howto" / "own-parts.md", "python"):
         if "MassOnBelt" not in block:  # of the gallery
             exec(block, names)
-    exact = simulate(PAPER.replace(end_time=0.01))
-    assert float(names["history"]["theta"][-1]) == pytest.approx(float(exact["theta"][-1]), abs=1e-5)
+    pressed = names["history"]
+    of_stop = names["Hertz"]().stiffness * pressed["depth"].values ** 2.5 / 2.5
+    of_modes_left_out = pressed["energy_contact"].values - of_stop  # their flexibility, in series with the stop
+    assert of_stop.max() > 0.1
+    assert of_modes_left_out.min() > -1e-9
+    assert abs(pressed.summary["energy"]["unaccounted"]) < 1e-9
     law = names["ViscousCoulomb"]()
     forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
     assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
