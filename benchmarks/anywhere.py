@@ -35,12 +35,14 @@ COLOURS = {"nodes alone": 2, "plastic": 0, "no inertia": 1}
 
 def main(folder: Path) -> None:
     """Draw the impulses over the number of elements."""
-    found = {one.refined.name: one for one in refine(DOCS / "studies" / "anywhere.toml", out=folder).series}
+    found = (
+        refine(DOCS / "studies" / "anywhere.toml", out=folder).tables["levels"].loc["impulse"].set_index("series")
+    )
     with figure_style(PAGE):
         figure = Figure(figsize=(9.2, 3.4), layout="constrained")
         for axes, (title, names) in zip(figure.subplots(1, 3), PANELS.items(), strict=True):
             for name, legend in names.items():
-                levels, values = found[name].refined.levels, found[name].quantity("impulse").values
+                levels, values = found.loc[name, "level"], found.loc[name, "value"]
                 axes.semilogx(
                     levels, values, "o-", color=PAGE.series[COLOURS[legend]], markersize=4.5, label=legend
                 )

@@ -46,8 +46,8 @@ def main() -> None:
     names = [quantity.name for quantity in plan.quantities]
     kept = {name: [float(f"{value:.{DIGITS}g}") for value in result.frame[name]] for name in names}
     head = {"slope.angle": [0.0, STEEPEST], "contact.mu_kinetic": [0.0, ROUGHEST], "count": COUNT}
-    STORE.write_text(json.dumps({**head, "outcomes": result.outcomes, **kept}) + "\n", encoding="utf-8")
-    print(result.outcomes)
+    STORE.write_text(json.dumps({**head, "outcomes": result.verdicts, **kept}) + "\n", encoding="utf-8")
+    print(result.verdicts)
 
 
 if __name__ == "__main__":

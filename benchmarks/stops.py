@@ -24,7 +24,7 @@ def main() -> None:
     kept = result.frame[["slope.enabled", "base.frequency", "direction", *names, "samples"]].copy()
     kept["samples"] = [rounded(text) for text in kept["samples"]]
     kept.to_csv(STORE, index=False, float_format=f"%.{DIGITS + 1}g", lineterminator="\n")
-    print(result.outcomes)
+    print(result.verdicts)
 
 
 def rounded(text: str) -> str:

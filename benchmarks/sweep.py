@@ -39,7 +39,7 @@ def cost(runs: int, workers: int = WORKERS) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         for number, plan in enumerate(plans):
             result = sweep(plan, f"{folder}/{number}", workers=workers)
-    assert set(result.outcomes) == {"completed"}, result.outcomes
+    assert set(result.verdicts) == {"completed"}, result.verdicts
     times = result.frame["wall_time"]
     return {"run": times.median(), "wall": result.seconds * workers / times.sum()}
 

@@ -23,7 +23,7 @@ def main(folder: str = "out/demo", frames: str = "450") -> None:
     with progress_bar() as show:
         fem = simulate(paper.replace(discretization__method="fem", discretization__elements=64), show)
     found = compare(modal, fem, names=("modal", "fem"))
-    print(f"modal against fem: largest difference of an event time {found.largest_shift:.1e} s")
+    print(f"modal against fem: largest difference of an event time {found.about['largest_shift']:.1e} s")
     for name, history in (("modal", modal), ("fem", fem)):
         print(f"{name:>6}: {history.save(target / name)}")
     (target / "compared.txt").write_text(f"{found}\n", encoding="utf-8")

@@ -16,11 +16,12 @@ modes = [2, 4, 6, 8, 10, 12]
 base = Scenario.builtin("paper", ["end_time=0.34", "contact.friction=frictionless"])
 base = base.replace(discretization__frame="mean-axis")
 study = refine(base, modes=modes, quantities=["impulse", "peak_force", "contacts"], workers=1)
-impulses, forces, contacts = (study.quantity(name).values for name in ("impulse", "peak_force", "contacts"))
+values = study.tables["levels"]["value"]
+impulses, forces, contacts = (values[name] for name in ("impulse", "peak_force", "contacts"))
 for count, impulse, force, number in zip(modes, impulses, forces, contacts, strict=True):
     print(f"{count:2d} modes: impulse {impulse:.4f} N s, largest force {force:6.0f} N, {number:.0f} contacts")
 for name in ("impulse", "peak_force"):
-    print(f"{name}: {study.quantity(name).analysis.words}")
+    print(f"{name}: {study[name].verdict}")
 
 # %%
 # The impulse stays in a narrow band about 1.87 N s, within which it has no limit: neither is determined without

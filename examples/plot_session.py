@@ -76,15 +76,15 @@ print("largest bending stress there:", round(float(abs(mesh["bending_stress"]).m
 # what does not: :doc:`/convergence`.
 
 study = refine(strip, modes=[4, 8, 12, 16], quantities=["impulse", "peak_force"], workers=1)
-for found in (study.quantity("impulse"), study.quantity("peak_force")):
-    print(found.quantity.name, [round(value, 4) for value in found.values], found.analysis.words)
+print(study)
+print(study.tables["levels"]["value"]["impulse"].round(4).tolist())
 
 # %%
 # **Compare.** The same strip on finite elements: other shape functions, the same answer. Events are aligned first.
 
 elements = simulate(strip.replace(discretization__method="fem", discretization__elements=32))
 found = compare(history, elements, names=("modes", "elements"))
-print(*found.summary(), sep="\n")
+print(found)
 
 # %%
 # **Make a film**, here a small one of a few frames; ``work / "film.mp4"`` would be one for a talk, a ``.html`` a

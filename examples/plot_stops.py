@@ -45,7 +45,7 @@ with figure_style():
     figure = Figure(figsize=(7.2, 2.8), layout="constrained")
     for axes, frequency in zip(figure.subplots(1, 3, sharey=True), (14.0, 15.2, 15.6), strict=True):
         scenario = plan.runs[-1].scenario.replace(base__frequency=frequency)
-        history = periodic_response(scenario, settings=plan.file.periodic)
+        history = periodic_response(scenario, settings=plan.file.periodic).histories["response"]
         found = history.summary["periodic"]
         whole = np.arange(found["measured"]) / frequency
         tip, velocity = (np.interp(whole, history["time"], history[name]) for name in ("tip_x", "tip_vx"))

@@ -23,8 +23,9 @@ differences = []
 for count in elements:
     fem = scenario.replace(discretization__method="fem", discretization__elements=count)
     found = compare(modal, simulate(fem), names=("modes", "elements"))
-    differences.append(found.largest_shift)
-    print(f"{count:3d} elements: {len(found.events)} events, largest difference of a time {differences[-1]:.2e} s")
+    differences.append(found.about["largest_shift"])
+    events = len(found.tables["events"])
+    print(f"{count:3d} elements: {events} events, largest difference of a time {differences[-1]:.2e} s")
 
 # %%
 # They approach each other with the fourth power of the element length, as the eigenfrequencies of cubic elements

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from oblique_impact.beam.validity.integration import ROUNDING
-from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders import panels
@@ -22,20 +19,18 @@ from oblique_impact.scenario.messages import counted
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
 from oblique_impact.validation.report import (
     Cell,
+    Column,
     Picture,
-    Report,
     Section,
     Table,
     Text,
     cell,
     listed,
-    number_within,
     picture,
-    provenance_data,
     shown_unit,
-    write_json,
 )
-from oblique_impact.validation.report.parameters import changed_keys, differing, parameters
+from oblique_impact.validation.report.parameters import changed_keys
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.runs import column
 from oblique_impact.validation.studies.quantities import default_quantities, quantity
 from oblique_impact.validation.studies.study import measure, same_warnings
@@ -52,14 +47,6 @@ _LONG = 30
 _COLLISION = {"start": "s", "end": "s", "contacts": "1"}
 _COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
-#: columns of the differences of variables
-_COLUMNS = [
-    "unit",
-    "scale",
-    *(f"{clock}_{name}" for clock in ("plain", "aligned") for name in ("rms", "largest", "at")),
-]
-#: times are shown to this part of the common span
-_SHOWN = 1e-5
 #: what the picture shows, if all histories have it and it is not 0 throughout, and what it is called
 _DRAWN = {
     "gap": "gap",
@@ -69,147 +56,104 @@ _DRAWN = {
 }
 
 
-@dataclass(frozen=True, repr=False)
-class Comparison:
-    """Two histories side by side; differences are right minus left.
+#: of the range of a variable: largest difference that is rounding, root of the mean square that hardly is seen
+_ROUNDING, _CLOSE = 1e-9, 1e-3
+_KINDS = {"same": "pass", "close": "pass", "apart": "partly"}
+_RULE = (
+    "Differences are those from the first run, at equal times (plain), and on a clock in which each event that "
+    "two runs share is at the mean of its two times (aligned), so that an impact a little later does not hide "
+    "everything else. Both are exact for courses that are linear between their samples; fields along the beam are "
+    "compared at the stations of the first run.",
+    f"A variable is the same if its largest aligned difference is at most {_ROUNDING:g} of its range, close if "
+    f"the root of their mean square is at most {_CLOSE:g} of it, and else apart. Two runs that are close may "
+    "share an error: agreement is no proof.",
+)
+_SHOWN_COLUMNS = {
+    "run": Column(),
+    "variable": Column("symbol", code=True),
+    "meaning": Column("variable", text=True, page=True),
+    "unit": Column(),
+    "scale": Column("range", digits=4),
+    "plain_rms": Column("rms", digits=2),
+    "plain_largest": Column("largest", digits=2),
+    "plain_at": Column("at (s)", digits=5, page=True),
+    "aligned_rms": Column("rms, aligned", digits=2),
+    "aligned_largest": Column("largest, aligned", digits=2),
+    "aligned_at": Column("at (s)", digits=5, page=True),
+    "verdict": Column(),
+}
 
-    Attributes
-    ----------
-    names : tuple of str
-        What the two are called.
-    histories : tuple of History
-        The two.
-    span : tuple of float
-        Times (s) that both cover; what lies outside is not compared.
-    events : DataFrame
-        A row for each event, in the order of time: kind, state after it, times (s) and impulses (N s) of both,
-        differences; NaN without a partner.
-    variables : DataFrame
-        A row for each variable: unit; scale, the range of both in the common span; and the root of the mean square
-        over time (and along the beam), the largest difference with its sign and its time (s), each at equal times
-        (`plain`) and on a clock in which each shared event is at the mean of its two times (`aligned`).
-    measures : DataFrame
-        A row for each number of collisions and energies: unit, left, right, difference; NaN where one lacks it.
-    state_disagreement : float
-        Part of the common time, events aligned, in which the contact states differ.
-    skipped : sequence of str
-        Variables that cannot be compared: those of one history alone, whole numbers, coordinates of different
-        discretizations.
-    """
 
-    names: tuple[str, str]
-    histories: tuple[History, History]
-    span: tuple[float, float]
-    events: pd.DataFrame
+class _Pair(NamedTuple):
+    """A run beside the first one; differences are those of it from that one."""
+
+    name: str
     variables: pd.DataFrame
+    events: pd.DataFrame
     measures: pd.DataFrame
+    #: times (s) that both cover
+    span: tuple[float, float]
+    #: part of the common time, events aligned, in which the contact states differ
     state_disagreement: float
-    skipped: Sequence[str]
-
-    def __getitem__(self, name: str) -> pd.Series[Any]:
-        """Return the differences of one variable, e.g. ``comparison["theta"].aligned_rms``; raises KeyError."""
-        return self.variables.loc[name]
-
-    @property
-    def outcomes(self) -> tuple[str, str]:
-        """Outcomes of both runs."""
-        return self.histories[0].outcome.label, self.histories[1].outcome.label
+    #: variables that cannot be compared
+    skipped: list[str]
 
     @property
     def shared(self) -> pd.DataFrame:
         """Events that both have."""
         return self.events[self.events["time_difference"].notna()]
 
-    @property
-    def only_left(self) -> pd.DataFrame:
-        """Events that only the left history has."""
-        return self.events[self.events["right_time"].isna()]
+    def alone(self, side: str) -> pd.DataFrame:
+        """Return the events that only the "left" or the "right" run has."""
+        return self.events[self.events[f"{'right' if side == 'left' else 'left'}_time"].isna()]
 
-    @property
-    def only_right(self) -> pd.DataFrame:
-        """Events that only the right history has."""
-        return self.events[self.events["left_time"].isna()]
+    def row(self) -> dict[str, Any]:
+        """Return the row of the table of pairs."""
+        counts = {"shared_events": len(self.shared)}
+        counts |= {f"only_{side}": len(self.alone(side)) for side in ("left", "right")}
+        about = {"run": self.name, "start": self.span[0], "end": self.span[1], **counts}
+        about |= {"largest_shift": largest_difference(self.shared), "state_disagreement": self.state_disagreement}
+        return about | {"not_compared": " ".join(self.skipped)}
 
-    @property
-    def largest_shift(self) -> float:
-        """Largest time difference (s) of shared events."""
-        return largest_difference(self.shared)
-
-    @property
-    def changed_keys(self) -> dict[str, tuple[Any, Any]]:
-        """Keys of the scenarios that differ, with both values; "not given" where one does not have the key."""
-        names = dict(zip(("left", "right"), (history.scenario for history in self.histories), strict=True))
-        return {key: (a, b) for key, (a, b) in changed_keys(names).items()}
-
-    @property
-    def warnings(self) -> list[tuple[str, str]]:
-        """Warnings of the runs, each with the name of its run, or of both."""
-        return _warnings(self.histories, self.names)
-
-    def summary(self) -> list[str]:
-        """Return which keys of the scenarios, outcomes, events and contact states differ, and the warnings."""
-        left, right = self.names
-        outcomes, changed = list(dict.fromkeys(self.outcomes)), self.changed_keys
-        return [
-            f"{left} and {right}, {self.span[0]:g} to {self.span[1]:g} s",
-            f"scenarios: {counted(len(changed), 'key')} {'differs' if len(changed) == 1 else 'differ'}",
-            *(f"  {key}: {a} in {left}, {b} in {right}" for key, (a, b) in changed.items()),
-            f"outcome{'s' if len(outcomes) > 1 else ''}: {', '.join(outcomes)}",
-            _events(self),
-            *(f"warning ({names}): {text}" for names, text in self.warnings),
-        ]
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return the differences of the variables, a row each: `variables`."""
-        return self.variables
-
-    def __str__(self) -> str:
-        table = self.variables.to_string(float_format=lambda value: f"{value:.3g}")
-        return "\n".join([*self.summary(), "", table])
-
-    def __repr__(self) -> str:
-        """Return which keys differ, how the two agree, and the warnings of both."""
-        line = f"<Comparison: {', '.join(self.changed_keys) or 'no key'} differs; {_events(self)}>"
-        return "\n".join([line, *(f"  warning ({names}): {text}" for names, text in self.warnings)])
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return report([self])._repr_html_()
+    def sentence(self, first: str) -> str:
+        """Return how events and contact states agree."""
+        shared, both = len(self.shared), [len(self.shared) + len(self.alone(side)) for side in ("left", "right")]
+        apart = f", which are at most {largest_difference(self.shared):.2g} s apart" if shared else ""
+        return (
+            f"{first} and {self.name} share {shared} of {both[0]} and {both[1]} events between {self.span[0]:g} "
+            f"and {self.span[1]:g} s{apart}; their contact states differ in {100.0 * self.state_disagreement:.2g} "
+            "% of the time"
+        )
 
 
-class Comparisons(list[Comparison]):
-    """Comparisons with the same first run."""
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return report(self)._repr_html_()
-
-
-def compare(left: History, right: History, *, names: tuple[str, str] = ("left", "right")) -> Comparison:
-    """Compare two histories, with their events aligned.
+def compare(left: History, *others: History, names: Sequence[str] = ()) -> Result:
+    """Compare histories with the first of them, with their events aligned.
 
     They may have other output intervals, other discretizations (the beam's variables are taken at common stations)
-    and other end times: what both cover is compared.  Differences are taken at equal times, and besides them on a
-    clock in which shared events coincide, so that an impact a little later does not hide everything else.  Both
-    are exact for courses that are linear between their samples.  Events of one kind that are further apart than a
-    tenth of the common span are not the same event.
+    and other end times: what both cover is compared.  Events of one kind that are further apart than a tenth of
+    the common span are not the same event.
 
     Parameters
     ----------
-    left, right : History
-        Of beams or of user-defined systems.
-    names : tuple of str
-        What the two are called, in tables.
+    left, *others : History
+        At least two, of beams or of user-defined systems.
+    names : sequence of str
+        What they are called; default: "left" and "right" of two, else "run 1", "run 2", ...
 
     Returns
     -------
-    Comparison
-        ``print`` it, or see its `events`, `variables` and `measures`.
+    Result
+        A row for each variable (of each other run): unit; `scale`, the range of both in the common span; and the
+        root of the mean square over time (and along the beam), the largest difference with its sign and its time
+        (s), each at equal times (`plain_...`) and on the common clock (`aligned_...`).  The tables are `events`
+        (times (s) and impulses (N s) of both, NaN without a partner), `measures` (collisions and energies) and
+        `pairs` (common span, numbers of events, `largest_shift` (s) of shared ones, part of the time in which
+        contact states differ, what is not compared); ``about["largest_shift"]`` is that of all.
 
     Raises
     ------
     InputError
-        In one line, if the histories have no time in common.
+        In one line, if there are fewer than two, or one has no time in common with the first.
 
     Examples
     --------
@@ -217,12 +161,54 @@ def compare(left: History, right: History, *, names: tuple[str, str] = ("left", 
     >>> from oblique_impact.validation import compare
     >>> paper = Scenario.builtin("paper").replace(end_time=0.33)
     >>> found = compare(simulate(paper), simulate(paper.replace(discretization__method="fem")))
-    >>> len(found.only_left), found.largest_shift < 1e-6, bool(found["theta"].aligned_rms < 1e-6)
-    (0, True, True)
+    >>> found["theta"].verdict, bool(found["theta"].aligned_rms < 1e-6)
+    ('close', True)
     """
-    both = left, right
-    for history in both:
+    if not others:
+        raise InputError("compare: takes at least two runs")
+    histories = [left, *others]
+    for history in histories:
         require_history(history, "compare")
+    names = list(names) or (["left", "right"] if len(others) == 1 else [])
+    names = names or [f"run {number}" for number in range(1, len(histories) + 1)]
+    pairs = [_pair(left, other, name) for other, name in zip(others, names[1:], strict=True)]
+    several = len(pairs) > 1
+    scenarios = {name: history.scenario for name, history in zip(names, histories, strict=True)}
+    changed = [f"{key} ({', '.join(map(str, values))})" for key, values in changed_keys(scenarios).items()]
+    words = f"{counted(len(changed), 'key')} {'differs' if len(changed) == 1 else 'differ'}"
+    remarks = [f"{words}: {', '.join(changed)}" if changed else "no key differs"]
+    for name, history in zip(names, histories, strict=True):
+        if history.outcome is not Outcome.COMPLETED:
+            remarks.append(f"{name}: {history.outcome.label}")
+    remarks += [pair.sentence(names[0]) for pair in pairs]
+    warnings = zip(names, ("\n".join(one.summary.get("warnings", ())) for one in histories), strict=True)
+    remarks += [f"warning ({listed(runs)}): {text}" for text, runs in same_warnings(warnings)]
+    tables = {
+        name: pd.concat([getattr(pair, name).assign(run=pair.name) for pair in pairs])
+        for name in ("events", "measures")
+    }
+    return Result(
+        f"Comparison of {listed(names)}",
+        f"Runs side by side. Differences are those from {names[0]}.",
+        "variables",
+        pd.concat([pair.variables.assign(run=pair.name) for pair in pairs]),
+        _KINDS,
+        {name: column for name, column in _SHOWN_COLUMNS.items() if several or name != "run"},
+        "Differences, in the units of the variables. Variables that are 0 in both are left out.",
+        tables=tables | {"pairs": pd.DataFrame([pair.row() for pair in pairs]).set_index("run")},
+        remarks=remarks,
+        rule=_RULE,
+        scenarios=scenarios,
+        histories=dict(zip(names, histories, strict=True)),
+        about={"largest_shift": max(largest_difference(pair.shared) for pair in pairs)},
+        overview=lambda result: [_runs(result), _picture(result), _envelopes(result)],
+        sections=_sections,
+    )
+
+
+def _pair(left: History, right: History, name: str) -> _Pair:
+    """Compare two histories."""
+    both = left, right
     times = column(left, "time"), column(right, "time")
     start, end = max(float(t[0]) for t in times), min(float(t[-1]) for t in times)
     if min(t.size for t in times) < 2 or not start < end:
@@ -234,53 +220,36 @@ def compare(left: History, right: History, *, names: tuple[str, str] = ("left", 
     aligned = _on_common_clock(times, pairs, end - start)
     every = dict.fromkeys(str(name) for history in both for name in history.data.data_vars)
     rows = {name: _difference(name, both, times, aligned) for name in every if _comparable(name, left, right)}
-    states = [history["state"].values for history in both]
-    return Comparison(
-        names,
-        both,
-        (start, end),
+    variables = pd.DataFrame(rows.values(), pd.Index(rows, name="variable"))
+    return _Pair(
+        name,
+        variables[variables["scale"] > 0.0],
         pairs,
-        pd.DataFrame(rows, _COLUMNS).T,
         _measures(left, right, (start, end), limit),
-        _disagreement(aligned, states),
+        (start, end),
+        _disagreement(aligned, [history["state"].values for history in both]),
         [name for name in every if name not in rows and name != "state"],
     )
-
-
-def compare_all(histories: Sequence[History], names: Sequence[str] = ()) -> Comparisons:
-    """Compare histories with the first of them, as `compare` does; `report` and `save_comparison` take the list.
-
-    Parameters
-    ----------
-    histories : sequence of History
-        At least two.
-    names : sequence of str
-        What they are called; default: "run 1", "run 2", ...
-
-    Raises
-    ------
-    InputError
-        In one line, if there are fewer, or one has no time in common with the first.
-    """
-    if len(histories) < 2:
-        raise InputError("compare: takes at least two runs")
-    first, *others = names or [f"run {number}" for number in range(1, len(histories) + 1)]
-    pairs = zip(histories[1:], others, strict=True)
-    return Comparisons(compare(histories[0], other, names=(first, name)) for other, name in pairs)
 
 
 # --- variables
 
 
-def _difference(name: str, both: tuple[History, History], times: Pair, aligned: Pair) -> list[Any]:
-    """Return the entries of `_COLUMNS` of a variable."""
+def _difference(name: str, both: tuple[History, History], times: Pair, aligned: Pair) -> dict[str, Any]:
+    """Return the row of a variable."""
     values, weights = _at_common_stations(both, name)
     grid = _union(times)
     inside = np.concatenate([v[(t >= grid[0]) & (t <= grid[-1])] for t, v in zip(times, values, strict=True)])
     finite = inside[np.isfinite(inside)]
     scale = (float(np.ptp(finite)) or float(np.max(np.abs(finite)))) if finite.size else 0.0
-    unit = str(both[0][name].attrs.get("units", "1"))
-    return [unit, scale, *_deviation(times, values, weights), *_deviation(aligned, values, weights)]
+    attributes = both[0][name].attrs
+    row: dict[str, Any] = {"unit": str(attributes.get("units", "1")), "scale": scale}
+    for clock, on_clock in (("plain", times), ("aligned", aligned)):
+        found = _deviation(on_clock, values, weights)
+        row |= {f"{clock}_{part}": number for part, number in zip(("rms", "largest", "at"), found, strict=True)}
+    same, close = abs(row["aligned_largest"]) <= _ROUNDING * scale, row["aligned_rms"] <= _CLOSE * scale
+    verdict = "same" if same else "close" if close else "apart"
+    return row | {"verdict": verdict, "meaning": str(attributes.get("long_name", ""))}
 
 
 def _union(times: Pair) -> Array:
@@ -392,6 +361,7 @@ def _measures(left: History, right: History, span: tuple[float, float], limit: f
             energies = (history.balance.get(key, np.nan) for history in (left, right))
             measures[f"energy: {key.replace('_', ' ')}"] = ["J", *energies]
     frame = pd.DataFrame.from_dict(measures, orient="index", columns=["unit", "left", "right"])
+    frame = frame.rename_axis("measure")
     frame["difference"] = frame["right"].astype(float) - frame["left"].astype(float)
     return frame
 
@@ -399,90 +369,9 @@ def _measures(left: History, right: History, span: tuple[float, float], limit: f
 # --- report
 
 
-def check_target(out: Path) -> None:
-    """Raise InputError for a file of another kind than a page (.html) or numbers (.json)."""
-    if out.suffix not in (".html", ".json"):
-        raise InputError(f"--out {out}: should end in .html or .json")
-
-
-def save_comparison(found: Comparison | Sequence[Comparison], out: Path) -> Path:
-    """Write a page (.html) or the numbers (.json) of one comparison, or of several with the same run.
-
-    Raises InputError for another suffix, or if the file cannot be written.
-    """
-    check_target(out)
-    folder, pairs = prepare_folder(out.parent), [found] if isinstance(found, Comparison) else found
-    if out.suffix == ".json":
-        return write_json(out, comparison_data(pairs))
-    return report(pairs).write(folder, name=out.name)
-
-
-def comparison_data(pairs: Sequence[Comparison]) -> dict[str, Any]:
-    """Return everything that was found, in SI units, for JSON; differences are right minus left.
-
-    Of several comparisons it is the list `comparisons`.
-    """
-    found = [_pair_data(pair) for pair in pairs]
-    return (found[0] if len(found) == 1 else {"comparisons": found}) | provenance_data()
-
-
-def _pair_data(found: Comparison) -> dict[str, Any]:
-    names = (
-        "names",
-        "outcomes",
-        "changed_keys",
-        "span",
-        "largest_shift",
-        "state_disagreement",
-        "events",
-        "skipped",
-    )
-    tables = {name: getattr(found, name).rename_axis("name").reset_index() for name in ("variables", "measures")}
-    warnings = [{"runs": runs, "warning": text} for runs, text in found.warnings]
-    return {name: getattr(found, name) for name in names} | {"warnings": warnings} | tables
-
-
-def report(pairs: Sequence[Comparison]) -> Report:
-    """Return the report of comparisons with the same first run."""
-    names = [pairs[0].names[0], *(pair.names[1] for pair in pairs)]
-    histories = [pairs[0].histories[0], *(pair.histories[1] for pair in pairs)]
-    scenarios = dict(zip(names, (history.scenario for history in histories), strict=True))
-    warnings = [[text, runs] for runs, text in _warnings(histories, names)]
-    return Report(
-        f"Comparison of {listed(names)}",
-        f"Runs side by side. Differences are those from {names[0]}.",
-        overview=[
-            differing(scenarios),
-            _runs(histories, names),
-            *(Text(f"{_events(pair)}.") for pair in pairs),
-            Table(["warning", "runs"], warnings, "Warnings.", wide=(0,)),
-            _picture(histories, names, pairs),
-            _envelopes(histories, names),
-        ],
-        sections=[*(section for pair in pairs for section in _sections_of(pair)), *parameters(scenarios)],
-    )
-
-
-def _warnings(histories: Sequence[History], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the warnings of runs, each with the names of those that have it."""
-    texts = ["\n".join(history.summary.get("warnings", ())) for history in histories]
-    return [(listed(runs), text) for text, runs in same_warnings(zip(names, texts, strict=True))]
-
-
-def _events(found: Comparison) -> str:
-    """Return how events and contact states agree, in a sentence."""
-    (left, right), shared = found.names, len(found.shared)
-    counts = [shared + len(alone) for alone in (found.only_left, found.only_right)]
-    apart = f", which are at most {found.largest_shift:.2g} s apart" if shared else ""
-    return (
-        f"{left} and {right} share {shared} of {counts[0]} and {counts[1]} events between {found.span[0]:g} and "
-        f"{found.span[1]:g} s{apart}; their contact states differ in {100.0 * found.state_disagreement:.2g} % of "
-        "the time"
-    )
-
-
-def _runs(histories: Sequence[History], names: Sequence[str]) -> Table:
+def _runs(result: Result) -> Table:
     """Return the table of the runs, a column for each."""
+    histories = result.histories.values()
     asked = [name for one in histories if one.scenario for name in default_quantities(one.scenario)]
     asked = list(dict.fromkeys([*asked, "energy_lost", "events"]))
     found = [measure(history, asked) for history in histories]
@@ -491,7 +380,7 @@ def _runs(histories: Sequence[History], names: Sequence[str]) -> Table:
     for q in map(quantity, asked):
         values = [_clear(one[q.name], q.unit, one["energy"]) for one in found]
         rows.append([q.meaning, shown_unit(q.unit), *(cell(value, 5) for value in values)])
-    return Table(["quantity", "unit", *names], rows, "The runs.", wide=(0,))
+    return Table(["quantity", "unit", *result.histories], rows, "The runs.", wide=(0,))
 
 
 def _clear(value: float, unit: str, energy: float) -> float:
@@ -499,95 +388,74 @@ def _clear(value: float, unit: str, energy: float) -> float:
     return 0.0 if unit == "J" and abs(value) < ROUNDING * energy else value
 
 
-def _sections_of(found: Comparison) -> list[Section]:
-    """Return the sections of one pair: variables, events, collisions and energies."""
-    left, right = found.names
-    span = found.span[1] - found.span[0]
-
-    def time(value: float) -> Cell:
-        return Cell(number_within(value, _SHOWN * span), "number")
-
-    variables = []
-    for name, row in found.variables[found.variables["scale"] > 0.0].iterrows():
-        long = str(found.histories[0][str(name)].attrs.get("long_name", ""))
-        found_at = [
-            time(row[column]) if column.endswith("_at") else cell(row[column] / row["scale"], 2)
-            for column in _COLUMNS[2:]
-        ]
-        variables.append([long, Cell(str(name), "code"), row["unit"], cell(row["scale"], 4), *found_at])
-    caption = (
-        f"Differences of {right} from {left}, root of the mean square and largest one, relative to the range of "
-        "the values: at the same time; and aligned, on a clock in which shared events coincide. Variables that "
-        "are 0 in both are left out."
-    )
-    events = [
-        [
-            event.kind,
-            event.state,
-            time(event.left_time),
-            time(event.right_time),
-            cell(event.time_difference, 2),
-            cell(event.left_impulse, 5),
-            cell(event.right_impulse, 5),
-        ]
-        for event in found.events.itertuples()
-    ]
-    columns = ["event", "state after it", f"{left}: time (s)", f"{right}: time (s)", "difference (s)"]
-    columns += [f"{left}: normal impulse (N s)", f"{right}: normal impulse (N s)"]
-    energy = max(abs(history.balance[key]) for history in found.histories for key in ("initial", "final"))
-    measures = []
-    for name, row in found.measures.iterrows():
-        values = [_clear(row[column], row["unit"], energy) for column in ("left", "right", "difference")]
-        cells = [cell(value, digits) for value, digits in zip(values, (6, 6, 2), strict=True)]
-        measures.append([name, shown_unit(row["unit"]), *cells])
-    heading = ["quantity", "symbol", "unit", "range", "rms", "largest", "at (s)"]
-    heading += ["rms, aligned", "largest, aligned", "at (s)"]
-    skipped = f"Not compared: {', '.join(found.skipped)}, which only one run has, or in other coordinates."
-    tables = {
-        "variables": Table(heading, variables, caption),
-        "events": Table(columns, events, "Events; – where there is no partner."),
-        "collisions and energies": Table(
-            ["quantity", "unit", left, right, "difference"], measures, "Macro-collisions and energies."
-        ),
-    }
-    return [
-        *(
-            Section(f"{right}: {title}", [table], "", counted(len(table.rows), "row"), len(table.rows) <= _LONG)
-            for title, table in tables.items()
-        ),
-        Section(f"{right}: not compared", [Text(skipped) if found.skipped else None]),
-    ]
+def _sections(result: Result) -> Iterator[Section]:
+    """Yield the parts of each pair: events, collisions and energies, what is not compared."""
+    left, *others = result.histories
+    energy = max(abs(one.balance[key]) for one in result.histories.values() for key in ("initial", "final"))
+    for right in others:
+        variables, events, measures = (
+            frame[frame["run"] == right]
+            for frame in (result.frame, result.tables["events"], result.tables["measures"])
+        )
+        if len(others) > 1:
+            columns = {name: one for name, one in result.columns.items() if name != "run"}
+            yield Section(
+                f"{right}: variables", [Table.of_frame(variables, result.caption, columns, result.kinds)]
+            )
+        columns = {"kind": Column("event"), "state": Column("state after it")}
+        for what, unit, digits in (("time", "s", 8), ("impulse", "N s", 5)):
+            of = "normal impulse" if what == "impulse" else what
+            for side, name in (("left", left), ("right", right)):
+                columns[f"{side}_{what}"] = Column(f"{name}: {of} ({unit})", digits)
+        columns["time_difference"] = Column("difference (s)", 2)
+        table = Table.of_frame(events, "Events; – where there is no partner.", columns)
+        yield Section(f"{right}: events", [table], "", counted(len(events), "row"), len(events) <= _LONG)
+        for name in ("left", "right", "difference"):
+            clear = [
+                _clear(value, unit, energy) for value, unit in zip(measures[name], measures["unit"], strict=True)
+            ]
+            measures = measures.assign(**{name: clear})
+        columns = {"measure": Column("quantity"), "unit": Column(), "left": Column(left), "right": Column(right)}
+        table = Table.of_frame(
+            measures, "Macro-collisions and energies.", columns | {"difference": Column(digits=2)}
+        )
+        yield Section(f"{right}: collisions and energies", [table])
+        skipped = result.tables["pairs"].loc[right, "not_compared"]
+        words = f"Not compared, which only one run has, or in other coordinates: {skipped.replace(' ', ', ')}."
+        yield Section(f"{right}: not compared", [Text(words) if skipped else None])
 
 
-def _picture(histories: Sequence[History], names: Sequence[str], pairs: Sequence[Comparison]) -> Picture:
+def _picture(result: Result) -> Picture:
     """Draw the runs on top of each other, fields at their last station."""
-    shared = [name for name in pairs[0].variables.index if all(name in pair.variables.index for pair in pairs)]
-    moving = [
-        name for name in _DRAWN if name in shared and any(history[name].values.any() for history in histories)
-    ]
+    histories, names, pairs = list(result.histories.values()), list(result.histories), result.tables["pairs"]
+    counts = result.frame.index.value_counts()
+    shared = [name for name in dict.fromkeys(result.frame.index) if counts[name] == len(pairs)]
+    moving = [name for name in _DRAWN if name in shared]
     drawn_names = moving or shared[:1]
     caption = "The runs over time" + ("; dotted lines are events that only one has." if len(pairs) == 1 else ".")
     alternative = f"{', '.join(drawn_names)} of {listed(names)} over time."
-    runs = panels.Runs(histories, names)
-    clock = panels.clock(min(pair.span[0] for pair in pairs), max(pair.span[1] for pair in pairs))
+    runs, clock = panels.Runs(histories, names), panels.clock(pairs["start"].min(), pairs["end"].max())
+    events = result.tables["events"]
     with picture(caption, height=2.2 * len(drawn_names) + 0.5, alternative=alternative) as drawn:
         places = drawn.figure.subplots(len(drawn_names), 1, sharex=True, squeeze=False).ravel()
         for axes, name in zip(places, drawn_names, strict=True):
             shown = panels.gap(runs) if name == "gap" else panels.variable(runs, name, _DRAWN.get(name, name))
             panels.draw_curves(axes, shown, clock)
             if len(pairs) == 1:  # of more runs the lines would hide them
-                for time in (*pairs[0].only_left["left_time"], *pairs[0].only_right["right_time"]):
+                for event in events[events["time_difference"].isna()].itertuples():
+                    time = np.nanmax([event.left_time, event.right_time])
                     axes.axvline(float(clock.at(time)), color=GREY, linewidth=0.8, linestyle=":")
             axes.label_outer()
         drawn.figure.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return drawn
 
 
-def _envelopes(histories: Sequence[History], names: Sequence[str]) -> Picture | None:
+def _envelopes(result: Result) -> Picture | None:
     """Draw least and largest values along the beam in the runs; None for systems that are no beams."""
+    histories, names, what = list(result.histories.values()), list(result.histories), list(panels.ENVELOPES)
     if any(history.scenario is None for history in histories):
         return None
-    runs, what = panels.Runs(histories, names), list(panels.ENVELOPES)
+    runs = panels.Runs(histories, names)
     caption = "Least and largest values in the runs, along the beam."
     with picture(caption, height=5.0, alternative=f"{listed(what)} of {listed(names)} along the beam.") as drawn:
         places = drawn.figure.subplots(2, 2).ravel()

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,71 +16,22 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import counted, did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, CheckGroup, Evidence, all_checks
-from oblique_impact.validation.report import (
-    Block,
-    Cell,
-    Report,
-    Section,
-    Table,
-    Text,
-    cell,
-    number_within,
-    shown_unit,
-)
+from oblique_impact.validation.report import Block, Cell, Column, Section, Table, Text, cell
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.parallel import map_parallel
 
-
-@dataclass(frozen=True, repr=False)
-class Result:
-    """One measurement of a check: a row of results.json."""
-
-    id: str
-    group: str
-    problem: str
-    quantity: str
-    computed: float
-    reference: float
-    unit: str
-    error: float
-    tolerance: float
-    verdict: str
-    source: str
-
-    @property
-    def check(self) -> str:
-        """Id of the check that the measurement belongs to."""
-        return f"{self.group}.{self.id.removeprefix(f'{self.group}.').partition('.')[0]}"
-
-    def __repr__(self) -> str:
-        """Return verdict, error and tolerance in a line."""
-        return f"<{self.id}: {self.verdict}, error {self.error:.2g} {self.unit}, tolerance {self.tolerance:.2g}>"
-
-
-class Results(list[Result]):
-    """The measurements of the checks that ran, in their order."""
-
-    def __repr__(self) -> str:
-        """Return how many there are, and those that fail."""
-        failed = [result for result in self if result.verdict == "fail"]
-        return "\n".join([f"<Results: {counts(self)}>", *(f"  {result!r}" for result in failed)])
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return Report(_TITLE, counts(self), overview=_overview(self))._repr_html_()
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a row for each measurement, as in results.csv."""
-        return pd.DataFrame([asdict(result) for result in self])
-
-
-_TITLE = "Validation of oblique-impact"
-
-
-def counts(results: Sequence[Result]) -> str:
-    """Return how many checks and measurements there are and how many fail, for page and console."""
-    checks, failed = len({result.check for result in results}), sum(r.verdict == "fail" for r in results)
-    numbers = f"{counted(checks, 'check')}, {counted(len(results), 'measurement')}"
-    return f"{numbers}: {f'{failed} fail' if failed else 'all pass'}"
+_NUMBER = Column(within="tolerance")
+_COLUMNS = {
+    "id": Column(code=True),
+    "quantity": Column(text=True),
+    "computed": _NUMBER,
+    "reference": _NUMBER,
+    "unit": Column(),
+    "error": Column(digits=2),
+    "tolerance": Column(digits=2),
+    "verdict": Column(),
+}
+_KINDS = {"pass": "pass", "fail": "fail"}
 
 
 def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
@@ -107,25 +56,26 @@ def evidence_of(check_id: str) -> Evidence:
     return all_checks()[check_id].evidence()
 
 
-def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> Results:
-    """Rows of all measurements."""
-    return Results(
-        Result(
-            f"{check.id}.{m.name}" if m.name else check.id,
-            check.group.id,
-            check.problem,
-            m.quantity,
-            float(m.computed),
-            float(m.reference),
-            m.unit,
-            m.error,
-            float(m.tolerance),
-            m.verdict,
-            m.source,
-        )
+def rows_of(checks: Sequence[Check], evidence: Mapping[str, Evidence]) -> pd.DataFrame:
+    """Return a row for each measurement, by its id, with the columns of results.json."""
+    rows = [
+        {
+            "id": f"{check.id}.{m.name}" if m.name else check.id,
+            "group": check.group.id,
+            "problem": check.problem,
+            "quantity": m.quantity,
+            "computed": float(m.computed),
+            "reference": float(m.reference),
+            "unit": m.unit,
+            "error": m.error,
+            "tolerance": float(m.tolerance),
+            "verdict": m.verdict,
+            "source": m.source,
+        }
         for check in checks
         for m in evidence[check.id].measurements
-    )
+    ]
+    return pd.DataFrame(rows).set_index("id")
 
 
 def validate(
@@ -134,7 +84,7 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-) -> Results:
+) -> Result:
     """Run the chosen checks, and write report.html, results.json and results.csv.
 
     Parameters
@@ -152,8 +102,8 @@ def validate(
 
     Returns
     -------
-    Results
-        A list with a `Result` for each measurement; ``verdict`` is "pass" or "fail".
+    Result
+        A row for each measurement, by its id; the verdict is "pass" or "fail".
 
     Raises
     ------
@@ -163,8 +113,7 @@ def validate(
     Examples
     --------
     >>> from oblique_impact.validation import validate
-    >>> results = validate(only=["rigid-impact"], quick=True, workers=1)
-    >>> [result.id for result in results if result.verdict == "fail"]
+    >>> validate(only=["rigid-impact"], quick=True, workers=1).failed.index.tolist()
     []
     """
     checks = select(only, quick)
@@ -173,84 +122,64 @@ def validate(
     with writing(out):
         found = map_parallel(evidence_of, longest_first, workers, on_progress)
         evidence = dict(zip(longest_first, found, strict=True))
-        seconds = time.perf_counter() - started
-        results = results_of(checks, evidence)
+        result = _result(checks, evidence, time.perf_counter() - started)
         if out is not None:
-            table = results.to_dataframe()
-            _report(checks, evidence, results, seconds).write(Path(out), {"checks": table}, table)
-    return results
+            result.save(out)
+    return result
 
 
-def _report(
-    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], seconds: float
-) -> Report:
-    sections = []
-    for group, own in _groups(results).items():
-        failed = any(result.verdict == "fail" for result in own)
-        blocks = [block for check in checks if check.group == group for block in _blocks(check, evidence, own)]
-        count = counts(own).partition(":")[0]
-        sections.append(Section(group.title, blocks, "fail" if failed else "pass", count, opened=failed))
-    return Report(
-        _TITLE,
-        f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
-        "programs. A measurement passes when the absolute difference of computed and reference value is at "
-        "most its tolerance.",
-        seconds,
-        overview=_overview(results),
+def _result(checks: Sequence[Check], evidence: Mapping[str, Evidence], seconds: float) -> Result:
+    def sections(result: Result) -> Iterator[Section]:
+        """Yield a part for each group, with problems, measurements, references and pictures."""
+        for group, own in _groups(result.frame):
+            blocks = [block for check in checks if check.group == group for block in _blocks(check, evidence, own)]
+            verdict = "fail" if (own["verdict"] == "fail").any() else "pass"
+            yield Section(group.title, blocks, verdict, counted(len(own), "measurement"), opened=verdict == "fail")
+
+    return Result(
+        "Validation of oblique-impact",
+        "The program is compared with closed forms, published tests, balances and other programs. A measurement "
+        "passes when the absolute difference of computed and reference value is at most its tolerance.",
+        "checks",
+        rows_of(checks, evidence),
+        _KINDS,
+        _COLUMNS,
+        seconds=seconds,
+        overview=lambda result: _overview(result.frame),
         sections=sections,
-        filtered=True,
     )
 
 
-def _groups(results: Sequence[Result]) -> dict[CheckGroup, list[Result]]:
-    """Return the measurements of each group."""
-    found: dict[CheckGroup, list[Result]] = {}
-    for result in results:
-        found.setdefault(all_checks()[result.check].group, []).append(result)
-    return found
+def _groups(frame: pd.DataFrame) -> list[tuple[CheckGroup, pd.DataFrame]]:
+    """Return the groups, each with its rows."""
+    groups = {check.group.id: check.group for check in all_checks().values()}
+    return [(groups[str(name)], own) for name, own in frame.groupby("group", sort=False)]
 
 
-def _overview(results: Sequence[Result]) -> list[Block]:
+def _overview(frame: pd.DataFrame) -> list[Block]:
     """Return table and picture of the groups."""
     rows, ratios = [], []
-    for group, own in _groups(results).items():
-        failed, ratio = sum(result.verdict == "fail" for result in own), _ratios(own)
-        numbers = [len({result.check for result in own}), len(own), len(own) - failed]
+    for group, own in _groups(frame):
+        failed, ratio = int((own["verdict"] == "fail").sum()), _ratios(own)
         worst = cell(float(np.max(np.nan_to_num(ratio, nan=np.inf), initial=0.0)), 2)
         verdict = "fail" if failed else "pass"
-        rows.append([group.title, Cell(group.id, "code"), *numbers, worst, Cell(verdict, verdict)])
+        numbers = [len(own), len(own) - failed, worst]
+        rows.append([group.title, Cell(group.id, "code"), *numbers, Cell(verdict, verdict)])
         ratios.append((group.title, ratio))
-    columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
+    columns = ("group", "--only", "measurements", "passed", "largest error/tolerance", "verdict")
     return [Table(columns, rows, "Groups of checks."), tolerance_figure(ratios)]
 
 
-def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
+def _ratios(rows: pd.DataFrame) -> np.ndarray[Any, Any]:
     """Error over tolerance; an exact demand that is met is 0."""
-    pairs = [(r.error, r.tolerance) for r in results]
-    return np.array(
-        [0.0 if error == 0.0 else error / tolerance if tolerance else np.inf for error, tolerance in pairs]
-    )
+    error, tolerance = rows["error"].to_numpy(), rows["tolerance"].to_numpy()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error == 0.0, 0.0, error / tolerance)
 
 
-def _blocks(check: Check, evidence: dict[str, Evidence], results: Sequence[Result]) -> list[Block]:
+def _blocks(check: Check, evidence: Mapping[str, Evidence], rows: pd.DataFrame) -> list[Block]:
     """Return the problem of a check, its measurements, their references and pictures."""
-    mine = [result for result in results if result.check == check.id]
-    rows = [
-        [
-            Cell(r.id, "code"),
-            r.quantity,
-            # to the second digit of the tolerance, in nine digits or so at most
-            *(
-                Cell(number_within(value, max(r.tolerance, 1e-8 * abs(value))), "number")
-                for value in (r.computed, r.reference)
-            ),
-            shown_unit(r.unit),
-            *(cell(value, 2) for value in (r.error, r.tolerance)),
-            Cell(r.verdict, r.verdict),
-        ]
-        for r in mine
-    ]
-    columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
-    sources = list(dict.fromkeys(r.source for r in mine if r.source))
-    reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
-    return [Table(columns, rows, check.problem, wide=(1,)), reference, *evidence[check.id].pictures]
+    mine = rows[[f"{name}.".startswith(f"{check.id}.") for name in rows.index]]
+    sources = list(dict.fromkeys(mine["source"]))
+    reference = Text(f"Reference: {'; '.join(filter(None, sources))}.", note=True)
+    return [Table.of_frame(mine, check.problem, _COLUMNS, _KINDS), reference, *evidence[check.id].pictures]

@@ -31,8 +31,8 @@ def refinement() -> Figure:
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)
         levels = np.array([4.0, 8.0, 16.0, 32.0])
-        found = study.quantity("impulse")
-        analysis, values = found.analysis, np.array(found.values)
+        analysis, every = study["impulse"], study.tables["levels"]["value"]
+        values = every["impulse"].to_numpy()
         left.loglog(
             1.0 / levels, np.abs(values - analysis.limit), "o-", color=SERIES[0], label=r"$|f_i - f_\infty|$"
         )
@@ -50,10 +50,10 @@ def refinement() -> Figure:
         left.minorticks_off()
         left.legend(loc="upper left")
         for number, name in enumerate(("first_impact", "impulse")):
-            numbers = np.array(study.quantity(name).values)
+            numbers = every[name].to_numpy()
             changes = np.abs(np.diff(numbers)) / np.abs(numbers[-1])
             right.loglog(1.0 / levels[1:], changes, "o-", color=SERIES[number], label=name.replace("_", " "))
-            order = study.quantity(name).analysis.order
+            order = study[name].order
             label(right, (1.0 / levels[-1], changes[-1]), f"p = {order:.2f}", (26.0, 0.0), fontsize=8.5)
         right.set(xlabel="size $h$ of the finer level (1)", ylabel="relative change (1)")
         right.set_xticks(1.0 / levels[1:], [f"1/{n:.0f}" for n in levels[1:]])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,6 +17,9 @@ from oblique_impact.command_line.console import (
 )
 from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
+
+if TYPE_CHECKING:
+    from oblique_impact.validation.result import Result
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
@@ -40,18 +42,15 @@ def validate(
     as_json: JsonOption = False,
 ) -> None:
     """Check the program against closed forms, published tables and other programs; writes a report."""
-    from oblique_impact.validation.suite import counts, select
+    from oblique_impact.validation.suite import select
     from oblique_impact.validation.suite import validate as compute
 
     checks = select(only or [], quick)
     expected = minutes(f"{len(checks)} checks", sum(check.seconds for check in checks), workers)
     with counting_bar("checks", note=expected) as show:
-        results = compute(out, only or [], quick, workers, show)
-    failed = [result for result in results if result.verdict == "fail"]
-    for result in failed:
-        print_note(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
-    print_result([f"{counts(results)}; report: {out / 'report.html'}"], lambda: _written(out), as_json)
-    if failed:
+        result = compute(out, only or [], quick, workers, show)
+    _print(result, out, as_json)
+    if len(result.failed):
         raise typer.Exit(1)
 
 
@@ -100,7 +99,6 @@ def refine(
     axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     how["name"] = Path(scenario).name
-    result: object
     if predictability:
         for name, value in {**axes, "quantity": quantities, "within": within}.items():
             if value:
@@ -118,7 +116,7 @@ def refine(
             source = Scenario.load(scenario, changes or [])
         with counting_bar("refine") as show:
             result = refinement.refine(source, on_progress=show, **how)
-    print_result([*repr(result).splitlines(), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
+    _print(result, out, as_json)
 
 
 def reproduce(
@@ -127,13 +125,13 @@ def reproduce(
     as_json: JsonOption = False,
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
-    from oblique_impact.validation.paper.command import SECONDS, lines
+    from oblique_impact.validation.paper.command import SECONDS
     from oblique_impact.validation.paper.command import reproduce as compute
 
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
         result = compute(out, workers, show)
-    print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
+    _print(result, out, as_json)
 
 
 def sweep(
@@ -160,7 +158,7 @@ def sweep(
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, **how)
-    print_result([*repr(result).splitlines(), f"results: {out}"], result.to_dict, as_json)
+    _print(result, out, as_json)
 
 
 def fit(
@@ -178,14 +176,13 @@ def fit(
     """Find keys of a scenario from measured data; writes report.html, results.json, .csv and scenario.toml."""
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.validation.studies.fitting.fit import fit as compute
-    from oblique_impact.validation.studies.fitting.fit import lines
 
     base = Scenario.load(scenario, changes or [])
     with counting_bar("fit") as show:
         result = compute(
             base, data, vary=vary or (), starts=starts, out=out, workers=workers, name=scenario, on_progress=show
         )
-    print_result([*lines(result), f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
+    _print(result, out, as_json)
 
 
 def compare(
@@ -199,19 +196,19 @@ def compare(
     """Compare runs with the first, events aligned; writes a page, or the numbers as JSON."""
     from oblique_impact.files import writing_file
     from oblique_impact.history.history import History
-    from oblique_impact.validation.comparison import check_target, compare_all, comparison_data, save_comparison
+    from oblique_impact.validation.comparison import compare as compute
 
-    check_target(out)
+    if out.suffix not in (".html", ".json"):
+        raise InputError(f"--out {out}: should end in .html or .json")
     runs = [left, *right]
     histories = [History.load(run) for run in runs]
     with writing_file(out):
-        found = compare_all(histories, [str(run) for run in runs])
-        save_comparison(found, out)
-    summaries = [line for pair in found for line in pair.summary()]
-    print_result([*summaries, f"report: {out}"], lambda: comparison_data(found), as_json)
+        result = compute(*histories, names=[str(run) for run in runs])
+        result.save(out)
+    _print(result, out, as_json)
 
 
-def _written(folder: Path) -> dict[str, Any]:
-    """Return what a study has written for machines, with its folder."""
-    data: dict[str, Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    return data | {"results": str(folder)}
+def _print(result: Result, out: Path, as_json: bool) -> None:
+    """Print what was found, and where it is written."""
+    page = out / "report.html" if out.is_dir() else out
+    print_result([*result.lines(), f"report: {page}"], lambda: result.data() | {"results": out}, as_json)

@@ -88,7 +88,7 @@ def test_pictures_and_exports_on_a_full_disk_end_in_one_line_and_leave_nothing(s
 def test_a_report_on_a_full_disk_ends_in_one_line_and_leaves_nothing(short, full, cli):
     code, _, err = cli("compare", short, short, "--out", full / "a.html")
     assert code == 2
-    assert err.splitlines()[-1].startswith(f"oblique-impact: --out {full}: cannot be written: ")
+    assert err.splitlines()[-1].startswith(f"oblique-impact: --out {full / 'a.html'}: cannot be written: ")
     assert list(full.iterdir()) == []
 
 
@@ -226,7 +226,8 @@ def test_three_sweeps_into_one_folder_at_once(tmp_path):
     for code, line in zip(codes, said, strict=True):
         assert (line.count("\n") == 1 and "another process is writing here" in line) == (code == 2), said
     assert len(pd.read_parquet(out / "results.parquet")) == 3
-    assert files_in(out) == ["report.html", "results.parquet", "scenario.toml", "sweep.toml"]
+    files = ["report.html", "results.csv", "results.json", "results.parquet", "scenario.toml", "sweep.toml"]
+    assert files_in(out) == files
 
 
 @pytest.mark.parametrize(

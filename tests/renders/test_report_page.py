@@ -37,7 +37,9 @@ def file(tmp_path_factory):
         drawn.figure.add_subplot().plot([0.0, 1.0], [0.0, 1.0])
     facts = [("command", "oblique-impact validate --out " + "a" * 300)]
     report = Report("Title", "Lead.", facts=facts, overview=[drawn], sections=sections, filtered=True)
-    return report.write(tmp_path_factory.mktemp("report"))
+    target = tmp_path_factory.mktemp("report") / "report.html"
+    target.write_text(report.html(), encoding="utf-8")
+    return target
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oblique_impact.validation.checks.registry import all_checks
-from oblique_impact.validation.suite import results_of
+from oblique_impact.validation.suite import rows_of
 
 MARKS = {"quick": (), "full": pytest.mark.slow}
 
@@ -28,7 +28,8 @@ def exchanged(reference: float) -> float:
 )
 def test_check(check):
     evidence = pickle.loads(pickle.dumps(check.evidence()))  # as `validate` takes it from its processes
-    rows = results_of([check], {check.id: evidence})
+    frame = rows_of([check], {check.id: evidence}).reset_index()
+    rows = [*frame.itertuples()]
     assert [f"{r.id}: {r.computed} against {r.reference}" for r in rows if r.verdict == "fail"] == []
     assert len({row.id for row in rows}) == len(rows) > 0
     assert check.problem.endswith((".", "?"))

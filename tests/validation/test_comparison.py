@@ -19,7 +19,6 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
 from oblique_impact.validation import compare
-from oblique_impact.validation.comparison import compare_all, report
 from oblique_impact.validation.event_pairs import align, hausdorff_distance
 from oblique_impact.validation.report import Table, readable
 
@@ -63,8 +62,9 @@ def test_a_late_jump_is_large_at_equal_times_and_nothing_on_the_common_clock():
     assert v.plain_rms == pytest.approx(math.sqrt(0.1 / END), rel=1e-12)
     assert (v.plain_largest, v.plain_at) == (-1.0, np.nextafter(1.0, 2.0))
     assert v.aligned_rms == v.aligned_largest == 0.0
-    assert found.events["time_difference"][0] == pytest.approx(0.1)
-    assert found.state_disagreement == 0.0
+    assert v.verdict == "same"
+    assert found.tables["events"]["time_difference"][0] == pytest.approx(0.1)
+    assert found.tables["pairs"].loc["right", "state_disagreement"] == 0.0
 
 
 def test_a_collision_that_the_shorter_history_cuts_is_not_measured():
@@ -80,19 +80,21 @@ def test_a_collision_that_the_shorter_history_cuts_is_not_measured():
         history = made([0.0, end], [0.0, 1.0])
         histories.append(History(history.data, [], history.summary | {"macro_collisions": collisions}))
     for pair in (histories, histories[::-1]):
-        assert {name.partition(":")[0] for name in compare(*pair).measures.index} == {"collision 1"}
+        assert {name.partition(":")[0] for name in compare(*pair).tables["measures"].index} == {"collision 1"}
 
 
 def test_states_disagree_where_events_are_not_shared():
     """Contact from 1 s on, and from 1.5 s on with an event of another kind: a quarter of the time."""
     late = step(1.5)
-    assert len(compare(step(1.0), late).shared) == 0  # further apart than a tenth of the span
+    pair = compare(step(1.0), late).tables["pairs"].loc["right"]
+    assert pair.shared_events == 0  # further apart than a tenth of the span
     late.events[0] = event(1.5, EventKind.REBOUND)
     found = compare(step(1.0), late)
-    assert found.state_disagreement == pytest.approx(0.25)
+    pair = found.tables["pairs"].loc["right"]
+    assert pair.state_disagreement == pytest.approx(0.25)
     assert "contact states differ in 25 % of the time" in str(found)
-    assert (len(found.only_left), len(found.only_right)) == (1, 1)
-    assert found.largest_shift == 0.0
+    assert (pair.only_left, pair.only_right) == (1, 1)
+    assert pair.largest_shift == 0.0
 
 
 def test_rms_of_linear_courses_is_exact():
@@ -100,18 +102,20 @@ def test_rms_of_linear_courses_is_exact():
     flat, rising = made([0.0, 0.7, END], [0.0, 0.0, 0.0]), made([0.0, END], [0.0, END])
     v = compare(flat, rising)["v"]
     assert v.plain_rms == pytest.approx(math.sqrt(4.0 / 3.0), rel=1e-15)
-    assert (v.plain_largest, v.plain_at) == (2.0, 2.0)
+    assert (v.plain_largest, v.plain_at, v.verdict) == (2.0, 2.0, "apart")
 
 
 def test_a_history_is_equal_to_itself(run):
     history = run("paper")
     found = compare(history, history)
-    assert len(found.shared) == len(found.events) == len(history.events)
-    assert found.largest_shift == found.state_disagreement == 0.0
-    for name, v in found.variables.iterrows():
+    pair = found.tables["pairs"].loc["right"]
+    assert pair.shared_events == len(found.tables["events"]) == len(history.events)
+    assert pair.largest_shift == pair.state_disagreement == 0.0
+    for name, v in found.frame.iterrows():
         assert (v.plain_rms, v.plain_largest, v.aligned_rms, v.aligned_largest) == (0.0,) * 4, name
-    assert set(found.measures["difference"]) == {0.0}
-    assert found.skipped == []
+    assert found.verdicts == {"same": len(found.frame)}
+    assert set(found.tables["measures"]["difference"]) == {0.0}
+    assert pair.not_compared == ""
 
 
 def test_results_along_the_beam_are_taken_at_the_same_stations():
@@ -185,21 +189,20 @@ def test_runs_become_a_page_or_numbers(run, tmp_path, cli):
     alike = ("paper", "end_time=0.33", "discretization.modes=4")
     histories = run(*alike), run(*alike, "beam.kelvin_voigt=2e-4")
     folders = [history.save(tmp_path / name) for name, history in zip("ab", histories, strict=True)]
-    changed = f"scenarios: 1 key differs\n  beam.kelvin_voigt: 0.0 in {folders[0]}, 0.0002 in {folders[1]}\n"
     for suffix in ("html", "json"):
         code, out, err = cli("compare", *folders, "--out", tmp_path / "new" / f"c.{suffix}")
         assert (code, err) == (0, "")
-        assert out.startswith(f"{folders[0]} and {folders[1]}, 0 to 0.33 s\n{changed}outcome: completed\n")
+        assert "1 key differs: beam.kelvin_voigt (0.0, 0.0002)\n" in out
+        assert f"{folders[0]} and {folders[1]} share " in out
         assert out.endswith(f"report: {tmp_path}/new/c.{suffix}\n")
     found = compare(*histories)
-    assert found.changed_keys == {"beam.kelvin_voigt": (0.0, 2e-4)}
     (warning,) = histories[0].summary["warnings"]
     assert histories[1].summary["warnings"] == []
     data = json.loads((tmp_path / "new" / "c.json").read_text())
-    assert data["largest_shift"] == found.largest_shift
-    assert {v["name"]: v["aligned_rms"] for v in data["variables"]} == dict(found.variables["aligned_rms"])
-    assert data["changed_keys"] == {"beam.kelvin_voigt": [0.0, 2e-4]}
-    assert data["warnings"] == [{"runs": str(folders[0]), "warning": warning}]
+    assert data["pairs"][0]["largest_shift"] == found.tables["pairs"]["largest_shift"].iloc[0]
+    assert {v["variable"]: v["aligned_rms"] for v in data["variables"]} == dict(found.frame["aligned_rms"])
+    assert [one["beam"]["kelvin_voigt"] for one in data["scenarios"].values()] == [0.0, 2e-4]
+    assert f"warning ({folders[0]}): {warning}" in data["remarks"]
     page = html.unescape((tmp_path / "new" / "c.html").read_text())
     assert warning in out
     assert readable(warning) in page
@@ -208,11 +211,11 @@ def test_runs_become_a_page_or_numbers(run, tmp_path, cli):
 
 def test_several_runs_are_compared_with_the_first_and_their_keys_stand_first(run):
     runs = {angle: run("paper", "end_time=0.33", f"slope.angle={angle}") for angle in (0.3, 0.31, 0.32)}
-    pairs = compare_all([*runs.values()], ["a", "b", "c"])
-    assert [pair.names for pair in pairs] == [("a", "b"), ("a", "c")]
-    assert pairs[1].largest_shift == compare(runs[0.3], runs[0.32]).largest_shift
-    page = report(pairs)
-    differ, measured = (block for block in page.overview[:2] if isinstance(block, Table))
+    result = compare(*runs.values(), names=["a", "b", "c"])
+    alone = compare(runs[0.3], runs[0.32])
+    assert result.tables["pairs"].index.tolist() == ["b", "c"]
+    assert result.tables["pairs"].loc["c"].tolist() == alone.tables["pairs"].loc["right"].tolist()
+    _, differ, measured = (block for block in result.report().overview if isinstance(block, Table))
     assert [[cell.text for cell in row] for row in differ.cells()] == [
         ["inclination of the slope from the horizontal", "slope.angle", "rad", "0.3", "0.31", "0.32"]
     ]
@@ -221,12 +224,12 @@ def test_several_runs_are_compared_with_the_first_and_their_keys_stand_first(run
         [history.macro_collisions[0]["start"] for history in runs.values()], abs=5e-6
     )
     with pytest.raises(InputError, match="at least two"):
-        compare_all([runs[0.3]])
+        compare(runs[0.3])
 
 
 def test_long_tables_of_a_comparison_are_folded(run):
     history = run("slap", "end_time=0.385")
-    sections = {section.title: section for section in report([compare(history, history)]).sections}
+    sections = {section.title: section for section in compare(history, history).report().sections}
     assert not sections["right: events"].opened
     assert sections["right: events"].count == f"{len(history.events)} rows"
     assert sections["right: collisions and energies"].opened

@@ -53,8 +53,7 @@ def exact():
 def misses(results):
     """How often the true value of each key is outside of its interval."""
     return [
-        sum(not result.interval(key)[0] <= STRIP.value_of(key) <= result.interval(key)[1] for result in results)
-        for key in KEYS
+        sum(not result[key].low <= STRIP.value_of(key) <= result[key].high for result in results) for key in KEYS
     ]
 
 
@@ -94,7 +93,7 @@ def test_made_data_give_their_keys_back_and_a_key_without_effect_is_named(tmp_pa
         [found["sum_of_squares"]] * 2, rel=1e-3
     )
     assert rows["contact.mu_kinetic"] == {**rows["contact.mu_kinetic"], "value": 0.3, "low": None, "high": None}
-    residuals = pd.read_csv(out / "results.csv")
+    residuals = pd.read_csv(out / "data.csv")
     # the noise of each sensor is found with the keys, and the residuals are those of the scenario that is written
     fitted = simulate(Scenario.load(str(out / "scenario.toml")))
     for column, noise, place in (("displacement@0.2 m", 2e-5, 0.2), ("strain@3 cm", 1e-6, 0.03)):
@@ -119,8 +118,8 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
     header = "collision_duration [ms], collision_duration +- [us]"
     data = written(tmp_path / "t.csv", header, 1e3 * times, [1e6 * deviation] * 4)
     result = fit(bar, data, vary=["contact.stiffness=1 kN/m:20 kN/m"], starts=1, workers=1)
-    (row,) = result.keys.itertuples()
-    assert row.interval == kind
+    (row,) = result.frame.itertuples()
+    assert row.verdict == kind
 
     def stiffness(duration):
         return bar.beam.density * bar.beam.area / 3.0 * (math.pi / duration) ** 2
@@ -130,7 +129,9 @@ def test_the_stiffness_of_a_stop_from_durations_of_contact(tmp_path, deviation, 
         assert math.log(end / row.value) == pytest.approx(
             math.log(stiffness(times.mean() + moved) / stiffness(times.mean())), rel=3e-2
         )
-    assert result.sum_of_squares == pytest.approx(np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2)
+    assert result.about["sum_of_squares"] == pytest.approx(
+        np.sum((times - times.mean()) ** 2) / deviation**2, rel=1e-2
+    )
 
 
 def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
@@ -138,9 +139,9 @@ def test_keys_that_only_their_product_moves_are_not_identified(tmp_path, exact):
     data = written(tmp_path / "d.csv", "time [s], displacement@0.2 m [m]", TIMES[:8], exact[:8])
     flight = GUESS.adapted(contact__enabled=False)
     result = fit(flight, data, vary=["beam.youngs_modulus", "beam.second_moment"], starts=1, workers=1)
-    assert (result.keys["low"] == 0.0).all()
-    assert np.isinf(result.keys["high"]).all()
-    named = [warning for warning in result.warnings if "not identified" in warning]
+    assert (result.frame["low"] == 0.0).all()
+    assert np.isinf(result.frame["high"]).all()
+    named = [warning for warning in result.remarks if "not identified" in warning]
     assert [("beam.second_moment" in words, "beam.youngs_modulus" in words) for words in named] == [
         (True, True)
     ] * 2
@@ -150,13 +151,13 @@ def test_a_damping_that_is_not_there_gets_an_upper_end(tmp_path, exact):
     noise = 2e-5 * np.random.default_rng(3).standard_normal(TIMES.size)
     data = written(tmp_path / "d.csv", "time [s], displacement@0.2 m [m]", TIMES, exact + noise)
     result = fit(STRIP, data, vary=["contact.damping=1e-4:100"], starts=1, workers=1)
-    low, high = result.interval("contact.damping")
-    assert (low, result.warnings[0]) == (0.0, "contact.damping: these data set it no lower end")
+    low, high = result["contact.damping"][["low", "high"]]
+    assert (low, result.remarks[1]) == (0.0, "contact.damping: these data set it no lower end")
     # there the sum of squares has grown by t^2
     stiff = STRIP.replace(contact__damping=high)
     off = sensor_reading(simulate(stiff), "displacement", 0.2, TIMES) - exact - noise
-    off /= result.data["deviation"].to_numpy()
-    assert np.sum(off**2) - result.sum_of_squares == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
+    off /= result.tables["data"]["deviation"].to_numpy()
+    assert np.sum(off**2) - result.about["sum_of_squares"] == pytest.approx(student.ppf(0.975, 49) ** 2, rel=0.05)
 
 
 # --- what is refused

@@ -236,7 +236,7 @@ def test_verdicts_of_two_schemes_combine_and_those_of_all_combinations_are_count
         runs |= {f"paper/{scheme}/{name}": run for name, run in zip(MODELS, models, strict=True)}
         runs[f"rough/{scheme}/hybrid"] = hybrid(*CHANGING).hybrid
     combined = pd.DataFrame({"friction-matters": [REPRODUCED, NOT], "first-collision": 2 * [REPRODUCED]})
-    found = judge_claims(runs, combined).set_index("id")
+    found = judge_claims(runs, combined)
     assert found.loc["friction-matters", ["verdict_fixed_step", "verdict_event"]].tolist() == [REPRODUCED, NOT]
     counts = [f"combinations_{name}" for name in ("reproduced", "partly", "not_reproduced")]
     assert found.loc["friction-matters", ["verdict", *counts, "discriminates"]].tolist() == [PARTLY, 1, 0, 1, True]

@@ -13,6 +13,7 @@ from oblique_impact import InputError, Outcome, Scenario, simulate
 from oblique_impact.validation import PeriodicSection, periodic_response, sweep
 from oblique_impact.validation.studies.design import make_plan
 from oblique_impact.validation.studies.maps import draw_responses
+from oblique_impact.validation.studies.periodic import steady_state
 from oblique_impact.validation.studies.quantities import not_determined
 from oblique_impact.validation.studies.study import TABLE
 from tests.refusals import refused_in_one_line
@@ -33,11 +34,19 @@ values = [14.0, 15.0, 16.0, 17.0, 18.0]
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    return sweep(make_plan(SWEEP), tmp_path_factory.mktemp("jump"), workers=1)
+    folder = tmp_path_factory.mktemp("jump")
+    return folder, sweep(make_plan(SWEEP), folder, workers=1).frame
 
 
 def test_a_history_of_a_steady_state_begins_and_ends_in_the_same_state():
-    history = periodic_response(STRIP.replace(base__frequency=13.0), settings=PeriodicSection(tolerance=1e-8))
+    shaken, settings = STRIP.replace(base__frequency=13.0), PeriodicSection(tolerance=1e-8)
+    result = periodic_response(shaken, settings=settings)
+    history = result.histories["response"]
+    assert result.verdicts == {"periodic": len(result.frame)}
+    assert result["period"].value == result["impacts_per_period"].value == 1.0
+    assert result["max:deflection"].value == float(history["deflection"].max())
+    (picture,) = result.pictures
+    assert "<svg" in picture.svg
     found, energy = history.summary["periodic"], history.balance
     assert (found["period"], found["measured"], found["impacts_per_period"]) == (1, 1, 1.0)
     assert history.end_time == pytest.approx(1.0 / 13.0)
@@ -45,9 +54,7 @@ def test_a_history_of_a_steady_state_begins_and_ends_in_the_same_state():
         assert np.ptp(history[name].values[[0, -1]], axis=0).max() < 1e-8 * np.abs(history[name].values).max()
     assert found["samples"] == pytest.approx([float(history["deflection"][-1])], rel=1e-7)
     assert energy["supplied"] == pytest.approx(energy["lost_damping"], rel=1e-6)
-    again = periodic_response(
-        STRIP.replace(base__frequency=13.0), (history["q"].values[-1], history["qd"].values[-1])
-    )
+    again = steady_state(STRIP.replace(base__frequency=13.0), (history["q"].values[-1], history["qd"].values[-1]))
     assert again.summary["periodic"]["transient"] == 16  # which are looked at, and are steady
 
 
@@ -58,10 +65,10 @@ def test_a_steady_state_under_damping_by_mode_is_determined():
     assert whole.macro_collisions[-1]["contacts"] > 40
     assert not any("not determined" in warning for warning in whole.summary["warnings"])
     assert not_determined(("impulse", "second_impulse", "energy_final", "max:lambda_n"), whole) == {}
-    one = periodic_response(ruler, settings=PeriodicSection(tolerance=1e-8))
+    one = steady_state(ruler, settings=PeriodicSection(tolerance=1e-8))
     bent = np.array([1.0, 1.02, 1.02])  # the root is held
     state = bent * one["q"].values[-1], 0.98 * one["qd"].values[-1]
-    other = periodic_response(ruler, state, settings=PeriodicSection(tolerance=1e-8))
+    other = steady_state(ruler, state, settings=PeriodicSection(tolerance=1e-8))
     assert other.summary["periodic"]["transient"] > 32
     for entry in ("normal_impulse", "peak_force", "start"):
         values = [history.macro_collisions[0][entry] for history in (one, other)]
@@ -77,36 +84,37 @@ def test_contacts_on_a_shaken_base_are_counted_by_its_periods():
 
 
 def test_a_motion_that_has_not_settled_in_time_has_no_period():
-    response = periodic_response(STRIP.replace(base__frequency=20.0), settings=PeriodicSection(transient=16))
+    result = periodic_response(STRIP.replace(base__frequency=20.0), settings=PeriodicSection(transient=16))
+    assert result.verdicts == {"not periodic": len(result.frame)}
+    response = result.histories["response"]
     assert response.summary["periodic"]["period"] == 0
     assert len(response.summary["periodic"]["samples"]) == 16
 
 
 def test_the_way_up_and_the_way_down_part_where_two_motions_exist(result):
-    up, down = (
-        result.frame[result.frame["direction"] == way].set_index("base.frequency") for way in ("up", "down")
-    )
+    folder, frame = result
+    up, down = (frame[frame["direction"] == way].set_index("base.frequency") for way in ("up", "down"))
     assert (up["impacts_per_period"] > 0.0).tolist() == [True, True, True, False, False]
     assert (down["impacts_per_period"] > 0.0).sort_index().tolist() == [True, True, False, False, False]
     assert up.loc[16.0, "max:bending_stress"] > 3.0 * down.loc[16.0, "max:bending_stress"]
     apart = (up["max:bending_stress"] / down["max:bending_stress"]).drop(16.0)
     assert apart.tolist() == pytest.approx([1.0] * 4, rel=1e-3)
-    assert result.frame["supplied"].tolist() == pytest.approx(result.frame["energy_lost"].tolist(), rel=2e-3)
+    assert frame["supplied"].tolist() == pytest.approx(frame["energy_lost"].tolist(), rel=2e-3)
     # a row of which the state goes on is what a call finds
     row = down.loc[17.0]
     state = tuple(np.array(part) for part in json.loads(down.loc[18.0, "state"]))
-    called = periodic_response(result.plan.runs[6].scenario, state, PeriodicSection(tolerance=1e-4))
+    called = steady_state(make_plan(SWEEP).runs[6].scenario, state, PeriodicSection(tolerance=1e-4))
     assert called.summary["periodic"]["samples"] == json.loads(row["samples"])
-    assert "svg" in (result.folder / "report.html").read_text(encoding="utf-8")
+    assert "svg" in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_sweep_of_steady_states_goes_on_where_it_was_interrupted(result):
     """Runs that are there are kept; those after a run that is repeated still go on from its end."""
-    whole = pd.read_parquet(result.folder / TABLE)
+    folder, _ = result
+    whole = pd.read_parquet(folder / TABLE)
     left = whole[~((whole["direction"] == "up") & (whole["base.frequency"] > 14.5))]
-    left.assign(steps=777).to_parquet(result.folder / TABLE)
-    again = sweep(make_plan(SWEEP), result.folder, workers=1)
-    assert again.earlier == len(left)
+    left.assign(steps=777).to_parquet(folder / TABLE)
+    again = sweep(make_plan(SWEEP), folder, workers=1)
     assert again.frame["samples"].tolist() == whole["samples"].tolist()
     assert (again.frame["steps"] == 777).sum() == len(left)
 
@@ -118,7 +126,7 @@ def test_a_gap_is_an_axis_too(tmp_path):
     text = SWEEP.replace(axis, places).replace("[periodic]", '[periodic]\nsample = "gap"\ndirections = ["down"]')
     found = sweep(make_plan(text), tmp_path, workers=1)
     figure = Figure()
-    draw_responses(figure, found.plan, {"": found.frame})
+    draw_responses(figure, make_plan(text), {"": found.frame})
     up, down = figure.axes[0].lines
     assert len(up.get_xdata()) == 0
     assert np.unique(down.get_xdata()) == pytest.approx([1e-3, 1.5e-3, 2e-3])
@@ -151,6 +159,8 @@ def test_settings_are_checked(keys):
 
 def test_a_run_that_ends_early_says_so():
     """The clamped strip bends by more than half of its length."""
-    history = periodic_response(STRIP.adapted(base__acceleration=2000.0, contact__enabled=False))
+    result = periodic_response(STRIP.adapted(base__acceleration=2000.0, contact__enabled=False))
+    history = result.histories["response"]
     assert history.outcome is Outcome.LARGE_DEFLECTION
+    assert set(result.frame["verdict"]) == {"large-deflection"}
     assert "periodic" not in history.summary

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import html
 import json
-import math
 import re
 
 import numpy as np
@@ -15,7 +14,7 @@ from oblique_impact import InputError, Scenario
 from oblique_impact.validation import refine
 from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
-from oblique_impact.validation.studies.refinement import declared_orders, report, sizes_of
+from oblique_impact.validation.studies.refinement import declared_orders, sizes_of
 from oblique_impact.validation.studies.series import AXES, RefinementSeries, Study, load_study
 from tests import STUDIES
 from tests.refusals import refused_in_one_line
@@ -139,30 +138,26 @@ def test_the_command_runs_a_study_file_with_changes(tmp_path, cli):
     changes = ("--set", "initial.angle=0.5", "--workers", "1", "--out", tmp_path / "out")
     code, out, _ = cli("refine", tmp_path / "mine.toml", *changes)
     assert code == 0
-    assert [line for line in out.splitlines() if not line.startswith(" ")][:2] == ["as it is:", "longer:"]
+    assert [line.split()[0] for line in out.splitlines()[2:4]] == ["as", "longer"]
     data = json.loads((tmp_path / "out" / "results.json").read_text())
-    found = {one["name"]: one for one in data["series"]}
-    assert (data["study"], data["title"]) == ("mine", "One and two modes")
-    assert [one["base"]["end_time"] for one in found.values()] == [0.1, 0.2]
-    assert {one["base"]["initial"]["angle"] for one in found.values()} == {0.5}
-    assert [one["levels"] for one in found.values()] == [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]]
-    assert found["longer"]["results"][0]["declared"] == 4.0
+    assert (data["study"], data["title"]) == ("mine", "Refinement study: One and two modes")
+    assert [one["end_time"] for one in data["scenarios"].values()] == [0.1, 0.2]
+    assert {one["initial"]["angle"] for one in data["scenarios"].values()} == {0.5}
+    levels = [(row["series"], row["level"]) for row in data["levels"]]
+    assert levels == [("as it is", n) for n in (1.0, 2.0, 3.0)] + [("longer", n) for n in (2.0, 3.0, 4.0)]
+    assert [row["declared"] for row in data["quantities"]] == [None, 4.0]
 
 
 def test_a_run_the_physics_stops_is_a_row_and_not_the_end():
     rough = PAPER.replace(end_time=0.4, discretization__frame="mean-axis")
     rough = rough.replace(contact__mu_static=20.0, contact__mu_kinetic=20.0)
     result = refine(rough, modes=[1, 2, 3], quantities=["first_impact", "theta@0.35"], workers=1)
-    found = result.series[0]
-    assert found.runs["outcome"].tolist() == ["completed", "completed", "painleve"]
-    first, later = found.results
-    assert first.analysis.verdict == CONVERGED
-    assert later.analysis.verdict == NO_VERDICT
+    levels = result.tables["levels"]
+    assert levels["outcome"].tolist() == 2 * ["completed", "completed", "painleve"]
+    assert result.frame["verdict"].tolist() == [CONVERGED, NO_VERDICT]
     assert any(line.startswith("  modes 3: painleve at t = 0.3237") for line in repr(result).splitlines())
-    table = result.to_dataframe()
-    assert len(table) == 2 * 3
-    assert table["gap"].iloc[-1] == later.gaps[-1]
-    assert "painleve" in later.gaps[-1]
+    assert "painleve" in levels["gap"].iloc[-1]
+    assert result["theta@0.35"].because == levels["gap"].iloc[-1]
 
 
 @pytest.mark.parametrize(
@@ -182,17 +177,17 @@ def test_what_a_run_calls_not_determined_is_not_called_converged(scenario, lost)
         *sorted({"impulse", "collision_end", "tip_y@end"} | lost),
     ]
     result = refine(scenario, modes=[2, 3, 4], quantities=names, within=0.5, workers=1)
-    found = {item.quantity.name: item.analysis for item in result.series[0].results}
-    assert {name for name in names if found[name].verdict == NOT_DETERMINED} == lost
-    assert all(math.isnan(found[name].limit) for name in lost)
+    frame, levels = result.frame, result.tables["levels"]["value"]
+    assert set(frame.index[frame["verdict"] == NOT_DETERMINED]) == lost == set(result.failed.index)
+    assert frame.loc[[*lost], "limit"].isna().all()
     # without a limit it has an uncertainty all the same: 1.25 times the larger of the last two differences
-    for item in result.series[0].results:
-        uncertainty = item.analysis.uncertainty
-        if item.quantity.name in lost:
-            assert uncertainty == pytest.approx(1.25 * np.abs(np.diff(item.values)).max(), rel=1e-12)
-        assert f" +- {uncertainty:.2g} {item.quantity.unit}" in item.finest
+    for name in lost:
+        assert frame.loc[name, "uncertainty"] == pytest.approx(
+            1.25 * np.abs(np.diff(levels[name])).max(), rel=1e-12
+        )
+    assert frame["uncertainty"].notna().all()
     # the tip falls: its largest gap is that of the start
-    assert found["max:gap"].verdict == found["peak:gap"].verdict == found["first_impact"].verdict == CONVERGED
+    assert set(frame.loc[["max:gap", "peak:gap", "first_impact"], "verdict"]) == {CONVERGED}
 
 
 def test_remarks_and_changes_are_in_lines_and_report():
@@ -202,16 +197,18 @@ def test_remarks_and_changes_are_in_lines_and_report():
         RefinementSeries("modes", PAPER.replace(end_time=0.4), "modes", (1.0, 2.0, 3.0), ("impulse",)),
     )
     result = refine(Study("a", "a", "", series), changes=["beam.length=0.9"], workers=1)
-    assert "converged in the tolerance" in result.quantity("impulse").analysis.words
-    no_limit = next(remark for remark in result.series[0].remarks if remark.startswith("normal impulse"))
+    impulse = result["impulse"].set_index("series").loc["tolerance"]
+    assert (impulse.verdict, result.kinds[impulse.verdict]) == ("converged in the tolerance alone", "partly")
+    no_limit = next(remark for remark in result.remarks if remark.startswith("tolerance: normal impulse"))
     assert "no limit as modes or elements are added" in no_limit
-    counts = result.series[1].runs["events"].tolist()
-    uneven, warning = result.series[1].remarks
+    runs = result.tables["runs"]
+    counts = runs["events"][runs["axis"] == "modes"].tolist()
+    uneven, warning = (remark for remark in result.remarks if remark.startswith("modes: "))
     assert f"differs from level to level ({', '.join(map(str, counts))})" in uneven
-    assert warning.startswith("warning (modes 1, 2, 3): contact.normal: a rigid stop")
-    page, told = html.unescape(report(result).html()), repr(result).splitlines()
+    assert warning.startswith("modes: warning (modes 1, 2, 3): contact.normal: a rigid stop")
+    page, told = html.unescape(result.report().html()), repr(result).splitlines()
     assert all(f"  {remark}" in told and readable(remark[1:]) in page for remark in (no_limit, uneven, warning))
-    differ = next(block for block in report(result).overview if block.caption == "Parameters that differ.")
+    differ = next(b for b in result.report().overview if getattr(b, "caption", "") == "Parameters that differ.")
     keys = {row[1].text: [value.text for value in row[3:]] for row in differ.cells()}
     assert keys["end_time"] == [f"{one.base.end_time:g}" for one in series]
     assert "beam.length" not in keys
@@ -232,16 +229,19 @@ def test_a_study_of_elements_is_a_page_and_tables(tmp_path, cli):
     arguments = ("refine", "paper", "--elements", "8,16,32,64", *FAST, "--quantity", "impulse", "--out", out)
     code, shown, err = cli(*arguments)
     assert (code, err) == (0, "")
-    assert "converged in the mesh at order" in shown
-    names = ["report.html", "results.csv", "results.json", "results.parquet"]
+    assert shown.startswith("quantities: 1 converged in the mesh (")
+    names = ["levels.csv", "report.html", "results.csv", "results.json", "results.parquet", "runs.csv"]
     assert sorted(p.name for p in out.iterdir()) == names
     data = json.loads((out / "results.json").read_text())
-    (impulse,) = (found["analysis"] for found in data["series"][0]["results"])
+    (impulse,) = data["quantities"]
     assert impulse["order"] == pytest.approx(4.0, abs=0.1)
-    with (out / "results.csv").open() as file:
+    with (out / "levels.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["value"]) for row in rows] == [level["value"] for level in impulse["levels"]]
-    assert float(rows[3]["observed_order"]) == impulse["levels"][3]["observed_order"]
+    assert [float(row["value"]) for row in rows] == [level["value"] for level in data["levels"]]
+    assert float(rows[3]["observed_order"]) == data["levels"][3]["observed_order"]
+    with (out / "results.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert (row["quantity"], float(row["value"])) == ("impulse", data["levels"][3]["value"])
     (command,) = re.findall(r"<dt>command</dt><dd[^>]*><code>(.*?)</code>", (out / "report.html").read_text())
     assert command.startswith("oblique-impact refine paper --elements 8,16,32,64 ")
 
@@ -251,10 +251,13 @@ def test_steps_and_tolerances(tmp_path, cli):
     fixed = ("--set", "solver.scheme=fixed-step", "--quantity", "theta@end")
     code, out, _ = cli("refine", "--steps", "4e-4,2e-4,1e-4,5e-5", *fixed, *flight)
     assert code == 0
-    assert "converged in the step at order 4" in out
+    assert "converged in the step" in out
+    assert json.loads((tmp_path / "results.json").read_text())["quantities"][0]["order"] == pytest.approx(
+        4, abs=0.2
+    )
     code, out, _ = cli("refine", "--tolerances", "1e-5,1e-7,1e-9", *flight, "--within", "1e-6")
     assert code == 0
-    assert out.count("converged") == 6
+    assert out.startswith("quantities: 6 converged in the tolerance (")
 
 
 BAD = {

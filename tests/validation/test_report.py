@@ -12,6 +12,7 @@ import pytest
 from oblique_impact import InputError
 from oblique_impact.validation.report import (
     Cell,
+    Column,
     Report,
     Section,
     Table,
@@ -21,6 +22,7 @@ from oblique_impact.validation.report import (
     picture,
     readable,
 )
+from oblique_impact.validation.result import Result
 
 
 def document() -> Report:
@@ -55,16 +57,56 @@ def test_a_frame_is_a_table_with_units():
     assert [cell.text for cell in table.cells()[0]] == ["0.5", "a"]
 
 
-def test_files_appear_with_full_numbers(tmp_path):
-    document().write(tmp_path, {"x": 0.1, "y": [math.nan, math.inf]}, pd.DataFrame({"x": [1.0 / 3.0, math.nan]}))
-    data = json.loads((tmp_path / "results.json").read_text())
-    assert (data["x"], data["y"]) == (0.1, [None, None])
+def found(count: int = 2) -> Result:
+    """Rows whose values have uncertainties; the last one fails."""
+    frame = pd.DataFrame({"value": 1.0 / 3.0, "uncertainty": 1e-4, "unit": "m", "verdict": "good"}, range(count))
+    frame.loc[count - 1] = [math.nan, math.inf, "m", "bad"]
+    columns = {"name": Column(code=True), "note": Column(text=True), "value": Column(within="uncertainty")}
+    columns |= {"unit": Column(), "verdict": Column()}
+    frame = frame.assign(note="so it is", wall_time=1.0).rename_axis("name")
+    kinds = {"good": "pass", "bad": "fail"}
+    return Result(
+        "Title", "Lead.", "rows", frame, kinds, columns, tables={"more": frame[["value"]]}, remarks=["so"]
+    )
+
+
+def test_a_result_is_lines_a_page_and_files_with_full_numbers(tmp_path):
+    result = found()
+    assert result.verdicts == {"good": 1, "bad": 1}
+    assert result.failed.index.tolist() == [1]
+    said = [" ".join(line.split()) for line in result.lines()]
+    assert said == [
+        "rows: 1 good, 1 bad",
+        "name value unit verdict note",
+        "0 0.33333 m ✓ good so it is",
+        "1 – m ✗ bad so it is",
+        "so",
+    ]
+    result.save(tmp_path / "all")
+    names = ["more.csv", "report.html", "results.csv", "results.json"]
+    assert sorted(p.name for p in (tmp_path / "all").iterdir()) == names
+    data = json.loads((tmp_path / "all" / "results.json").read_text())
+    assert data["rows"][1] == {"name": 1, "value": None, "uncertainty": None, "unit": "m"} | {
+        "verdict": "bad",
+        "note": "so it is",
+    }
+    assert data["more"][0] == {"name": 0, "value": 1.0 / 3.0}
     assert {"provenance", "versions", "machine"} < data.keys()
-    lines = (tmp_path / "results.csv").read_text().splitlines()
-    assert (float(lines[1]), lines[2]) == (1.0 / 3.0, '""')
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "results.csv", "results.json"]
+    table = pd.read_csv(tmp_path / "all" / "results.csv", index_col="name")
+    assert table.loc[0, "value"] == 1.0 / 3.0
+    page = (tmp_path / "all" / "report.html").read_text()
+    assert ">✗ bad</td>" in page
+    assert "<p" in result._repr_html_()
+    assert result.save(tmp_path / "new" / "page.html").read_text().startswith("<!DOCTYPE html>")
     with pytest.raises(InputError, match="cannot be written"):
-        document().write(tmp_path / "report.html")
+        result.save(tmp_path / "all" / "report.html" / "below")
+
+
+def test_of_many_rows_those_are_shown_that_do_not_pass():
+    lines = found(1000).lines()
+    assert lines[0] == "rows: 999 good, 1 bad"
+    assert [line.split()[0] for line in lines[1:3]] == ["name", "999"]
+    assert "1 of 1000 rows" in lines[3]
 
 
 @pytest.mark.parametrize(

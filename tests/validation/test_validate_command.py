@@ -23,24 +23,19 @@ def test_files_console_and_page_hold_the_same_rows(tmp_path, cli):
     only = ("--only", "frequencies", "--only", "small-systems.belt")
     code, out, err = cli("validate", "--out", tmp_path, *only, "--workers", "1")
     assert (code, err) == (0, "")
-    said = out.partition(";")[0]
-    assert said.endswith(": all pass")
     checks = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["checks"]
     assert all(set(check) == KEYS for check in checks)
     assert {check["group"] for check in checks} == {"frequencies", "small-systems"}
+    assert out.startswith(f"checks: {len(checks)} pass (")
     assert {check["verdict"] for check in checks} == {"pass"}
     table = pd.read_csv(tmp_path / "results.csv")
     assert table["id"].to_list() == [check["id"] for check in checks]
     assert table["computed"].to_list() == pytest.approx([check["computed"] for check in checks], rel=1e-14)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert all(check["id"] in page for check in checks)
-    assert f"<p>{said}. The program" in page
-    number, measurements = map(int, re.findall(r"(\d+) (?:checks|measurements)", said))
-    assert measurements == len(checks)
-    assert (
-        number == page.count('<p class="note">Reference: ') == len(select(("frequencies", "small-systems.belt")))
-    )
-    assert 'class="count">1 check, 6 measurements<' in page
+    assert f"<dd>checks: {len(checks)} pass</dd>" in page
+    assert page.count('<p class="note">Reference: ') == len(select(("frequencies", "small-systems.belt")))
+    assert 'class="count">6 measurements<' in page
 
 
 def test_the_command_of_a_report_can_be_typed_again(tmp_path, cli, monkeypatch):
@@ -75,6 +70,7 @@ def test_a_check_that_fails_ends_with_exit_code_1(tmp_path, cli, monkeypatch):
     monkeypatch.setitem(spectra.VALUES, "1.1", [1.9] * 10)
     code, out, err = cli("validate", "--out", tmp_path, "--only", "frequencies.clamped-free", "--workers", "1")
     assert code == 1
-    assert "1 check, 4 measurements: 4 fail; report:" in out
-    assert "frequencies.clamped-free.root-1: root 1 of the clamped-free beam: 1.87" in err
+    assert out.startswith("checks: 4 fail (")
+    assert "frequencies.clamped-free.root-1" in out
+    assert err == ""
     assert "fail" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ import numpy as np
 
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import Measurement, checks_of
-from oblique_impact.validation.studies.periodic import PeriodicSection, periodic_response
+from oblique_impact.validation.studies.periodic import PeriodicSection, steady_state
 
 check = checks_of("periodic", "Periodic response")
 
@@ -63,7 +63,7 @@ def harmonic() -> Iterator[Measurement]:
     """Displacement at whole periods of the base, whose frequency is below, near and above the strip's own."""
     text = "closed form of the damped oscillator"
     for frequency in (10.0, 13.0, 20.0):
-        history = periodic_response(
+        history = steady_state(
             _oscillator(contact__enabled=False, base__frequency=frequency, **_DAMPED),
             settings=PeriodicSection(tolerance=1e-9, transient=4000, sample="tip_x"),
         )
@@ -98,7 +98,7 @@ def impact_oscillator() -> Iterator[Measurement]:
     """Phase and speed of its impact, and what is lost in a period of what the base supplies."""
     text = "closed form of the orbit with one impact a period"
     for frequency in (14.0, 15.0):
-        history = periodic_response(
+        history = steady_state(
             _oscillator(contact__restitution=_RESTITUTION, base__frequency=frequency, **_DAMPED), settings=_SETTLED
         )
         (event,), energy = history.events, history.balance
@@ -137,7 +137,7 @@ def bouncing_ball() -> Measurement:
             base__frequency=30.0,
             base__acceleration=9.81 * exact * (1.0 + part),
         )
-        one, other = periodic_response(ball, settings=_SETTLED).summary["periodic"]["samples"]
+        one, other = steady_state(ball, settings=_SETTLED).summary["periodic"]["samples"]
         squares.append((one - other) ** 2)
     found = np.roots(np.polyfit(above, squares, 2))
     doubling = exact * (1.0 + float(found[np.argmin(np.abs(found))]))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,83 +18,36 @@ from oblique_impact.validation.paper import measures
 from oblique_impact.validation.paper.figures import PLOTS, draw
 from oblique_impact.validation.paper.measures import MODELS, NAN, SCHEMES, Models
 from oblique_impact.validation.paper.rules import CLAIMS, NOT, PARTLY, REPRODUCED, VERDICTS
-from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text, listed
-from oblique_impact.validation.report.parameters import differing, parameters
+from oblique_impact.validation.report import Block, Column, Picture, Section, Table, Text, listed
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.study import same_warnings
 
 #: s of one core that the runs and figures take on a fast machine
 SECONDS = 150.0
-#: kinds of cells of the report
-_KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
-
-
-@dataclass(frozen=True, repr=False)
-class Reproduction:
-    """The paper's claims with their verdicts, and the runs behind them.
-
-    Attributes
-    ----------
-    claims : DataFrame
-        A row for each claim: `id`, `place`, `paper` and `rule` in words; `verdict`, "reproduced" if by both
-        schemes, "not reproduced" if by neither, else "partly"; for each scheme `verdict_...` and `ours_...`, what
-        it found; how many combinations of open choices give which verdict, `combinations_...`, None for claims on
-        other cases than the paper's; `discriminates`, whether some of them does not reproduce it.
-    runs : dict
-        Histories by group/scheme/model, without what varies along the beam.
-    combinations : DataFrame
-        What each combination of open choices does to the second macro-collision (SI units), and the verdict of
-        each claim by its id.
-    seconds : float
-        Wall time (s) of the simulations.
-    """
-
-    claims: pd.DataFrame
-    runs: dict[str, History]
-    combinations: pd.DataFrame
-    seconds: float
-
-    def __repr__(self) -> str:
-        """Return how many claims have which verdict."""
-        return f"<Reproduction: {self.counts}>"
-
-    def _repr_html_(self) -> str:
-        """Show the claims in a notebook."""
-        return Report(_TITLE, _LEAD, overview=_overview(self))._repr_html_()
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a row for each claim: `claims`."""
-        return self.claims
-
-    @property
-    def verdicts(self) -> dict[str, int]:
-        """Number of claims of each verdict: "reproduced", "partly", "not reproduced"."""
-        found = self.claims["verdict"].tolist()
-        return {verdict: found.count(verdict) for verdict in VERDICTS}
-
-    @property
-    def counts(self) -> str:
-        """The same in words."""
-        counted = ", ".join(f"{count} {verdict}" for verdict, count in self.verdicts.items())
-        return f"{len(self.claims)} claims: {counted}"
-
-    @property
-    def undiscriminating(self) -> int:
-        """Number of claims that every combination of open choices reproduces."""
-        return int((~self.claims["discriminates"].astype(bool)).sum())
+KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
+_COLUMNS = {
+    "claim": Column(code=True),
+    "paper": Column("the paper says", text=True, page=True),
+    "place": Column("where", page=True),
+    **{f"ours_{name.replace('-', '_')}": Column(words, text=True, page=True) for name, words in SCHEMES.items()},
+    "rule": Column(text=True, page=True),
+    "verdict": Column(),
+    "all_choices": Column("all choices"),
+}
 
 
 def reproduce(
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-) -> Reproduction:
+) -> Result:
     """Run the paper's cases and judge its claims.
 
     Parameters
     ----------
     out : path, optional
-        Folder for report.html, results.json, claims.csv, combinations.csv and, in figures/, figures 2 to 16;
+        Folder for report.html, results.json, results.csv, combinations.csv and, in figures/, figures 2 to 16;
         without it nothing is drawn or written.
     workers : int, optional
         Parallel processes; default: the cores.  With one, everything runs in this process.
@@ -104,8 +56,14 @@ def reproduce(
 
     Returns
     -------
-    Reproduction
-        Claims with their verdicts, and the runs that they are judged by.
+    Result
+        A row for each claim, by its id: `place`, `paper` and `rule` in words; the verdict, "reproduced" if by
+        both schemes, "not reproduced" if by neither, else "partly"; for each scheme `verdict_...` and `ours_...`,
+        what it found; how many combinations of open choices give which verdict, `combinations_...`, None for
+        claims on other cases than the paper's, and in short `all_choices`; `discriminates`, whether some of them
+        does not reproduce it.  The table `combinations` holds what each does to the second macro-collision (SI
+        units), and the verdict of each claim by its id.  The runs, by group/scheme/model, are ``histories``,
+        without what varies along the beam.
 
     Raises
     ------
@@ -126,9 +84,12 @@ def reproduce(
         found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
         runs: dict[str, History] = dict(zip(named, found, strict=False))
         combined = pd.DataFrame(found[len(named) :])
-        result = Reproduction(judge_claims(runs, combined), runs, combined, time.perf_counter() - started)
+        result = _result(runs, combined, time.perf_counter() - started)
         if out is not None:
-            write_report(result, Path(out))
+            result.save(out)
+            for picture in figures_of(result):
+                number = int(picture.name.removeprefix("Fig. "))
+                save_text(Path(out) / "figures" / f"fig{number:02d}.svg", picture.svg)
     return result
 
 
@@ -136,7 +97,8 @@ def judge_claims(runs: Mapping[str, History], combined: pd.DataFrame) -> pd.Data
     """Judge each claim on the runs of its case; `combined` has its verdict in each combination, by its id."""
     rows = []
     for claim in CLAIMS:
-        row = {name: getattr(claim, name) for name in ("id", "place", "paper", "rule")} | {"verdict": PARTLY}
+        row = {"claim": claim.id} | {name: getattr(claim, name) for name in ("place", "paper", "rule")}
+        row["verdict"] = PARTLY
         for scheme in SCHEMES:
             keys = [f"{claim.case}/{scheme}/{model}" for model in MODELS]
             # where friction is the point there is no frictionless run
@@ -149,15 +111,10 @@ def judge_claims(runs: Mapping[str, History], combined: pd.DataFrame) -> pd.Data
         for verdict in VERDICTS:
             row[f"combinations_{verdict.replace(' ', '_')}"] = judged.count(verdict) if judged else None
         row["discriminates"] = not judged or judged.count(REPRODUCED) < len(judged)
+        counts = " / ".join(str(judged.count(verdict)) for verdict in VERDICTS) if judged else ""
+        row["all_choices"] = counts if row["discriminates"] else f"= {counts}"
         rows.append(row)
-    return pd.DataFrame(rows, dtype=object)
-
-
-def lines(result: Reproduction) -> list[str]:
-    """Return the verdicts in lines, for a terminal."""
-    shown = [f"  {claim.verdict:15s} {claim.id}" for claim in result.claims.itertuples()]
-    same = f"{result.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
-    return [*shown, f"{result.counts}; {same}"]
+    return pd.DataFrame(rows, dtype=object).set_index("claim")
 
 
 def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:
@@ -177,88 +134,60 @@ def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:
     }
 
 
-# --- report
+# --- result
 
 
-def write_report(result: Reproduction, folder: Path) -> None:
-    """Write report.html, results.json, claims.csv, combinations.csv and the figures.
-
-    Raises InputError if a file cannot be written.
-    """
-    claims, grid = result.claims, result.combinations
-    schemes = {scheme: Models(*(result.runs[f"paper/{scheme}/{model}"] for model in MODELS)) for scheme in SCHEMES}
-    pictures = {plot.number: draw(plot, schemes) for plot in PLOTS}
-    for figure, picture in pictures.items():
-        save_text(folder / "figures" / f"fig{figure:02d}.svg", picture.svg)
-    for name, frame in (("claims", claims), ("combinations", grid)):
-        save_text(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
-    page = Report(
-        _TITLE,
-        _LEAD,
-        result.seconds,
-        facts=_ASSUMED,
-        overview=_overview(result),
-        sections=[
-            Section("Figures 2 to 16", [Text(_ABOUT_FIGURES), *pictures.values()]),
-            Section("What the paper leaves open", [_choices(grid)]),
-            Section("The runs", _runs(result)),
-            *parameters(_scenarios(result)),
-            Section("Stick, and the limits of this reproduction", [Text(text) for text in _LIMITS]),
-        ],
-    )
-    runs = {
+def _result(runs: dict[str, History], combined: pd.DataFrame, seconds: float) -> Result:
+    """Return the claims with their verdicts."""
+    claims = judge_claims(runs, combined)
+    same = int((~claims["discriminates"].astype(bool)).sum())
+    papers = {key: key.removeprefix("paper/") for key in runs if key.startswith("paper/")}
+    warnings = same_warnings((name, "\n".join(runs[key].summary["warnings"])) for key, name in papers.items())
+    about = {
         key: {
             "outcome": run.outcome.label,
             "macro_collisions": run.macro_collisions,
             "energy": run.balance,
             "warnings": run.summary["warnings"],
-            "scenario": run.scenario,
         }
-        for key, run in result.runs.items()
+        for key, run in runs.items()
     }
-    page.write(folder, {"claims": claims, "combinations": grid, "runs": runs})
+    return Result(
+        "The paper's figures and claims, from our runs",
+        _LEAD,
+        "claims",
+        claims,
+        KINDS,
+        _COLUMNS,
+        "What the paper says, what both schemes find, and the verdict.",
+        tables={"combinations": combined},
+        remarks=[
+            f"{same} of them, marked =, do not discriminate: all {len(combined)} combinations of open choices "
+            "reproduce them",
+            *(f"warning ({listed(names)}): {text}" for text, names in warnings),
+        ],
+        rule=[_RULES, *_LIMITS],
+        scenarios={name: runs[key].scenario for key, name in papers.items()},
+        histories=runs,
+        about={"runs": about},
+        facts=_ASSUMED,
+        seconds=seconds,
+        sections=_sections,
+    )
 
 
-def _overview(result: Reproduction) -> list[Block]:
-    """Return what was found, and the table of the claims."""
-    claims = result.claims
-    missed = " ".join(claims["paper"][claims["verdict"] == NOT]) or "none."
-    return [
-        Text(
-            f"{result.counts}. {result.undiscriminating} of them, marked =, do not discriminate: all "
-            f"{len(result.combinations)} combinations of open choices reproduce them."
-        ),
-        Text(f"Not reproduced: {missed}"),
-        Text(_RULES),
-        _claims(claims),
-    ]
+def figures_of(result: Result) -> list[Picture]:
+    """Draw figures 2 to 16."""
+    runs = result.histories
+    schemes = {scheme: Models(*(runs[f"paper/{scheme}/{model}"] for model in MODELS)) for scheme in SCHEMES}
+    return [draw(plot, schemes) for plot in PLOTS]
 
 
-def _scenarios(result: Reproduction) -> dict[str, Scenario | None]:
-    """Return the scenarios of the paper's case by scheme/model."""
-    names = {key: key.removeprefix("paper/") for key in result.runs if key.startswith("paper/")}
-    return {name: result.runs[key].scenario for key, name in names.items()}
-
-
-def _claims(claims: pd.DataFrame) -> Table:
-    rows = []
-    for place, claim in enumerate(claims.to_dict("records"), start=1):
-        found = [(claim[f"verdict_{name}"], claim[f"ours_{name}"]) for name in ("fixed_step", "event")]
-        counts = [claim[f"combinations_{verdict.replace(' ', '_')}"] for verdict in VERDICTS]
-        counted = "–" if counts[0] is None else "\u00a0/\u00a0".join(map(str, counts))
-        rows.append(
-            [
-                place,
-                f"{claim['paper']} ({claim['place']})",
-                *(f"{MARKS[_KINDS[verdict]]} {text}" for verdict, text in found),
-                Cell(claim["rule"], "dim"),
-                Cell(claim["verdict"], _KINDS[claim["verdict"]]),
-                Cell(counted if claim["discriminates"] else f"=\u00a0{counted}", "number"),
-            ]
-        )
-    columns = ["", "the paper says", *SCHEMES.values(), "rule", "verdict", "all choices"]
-    caption = "The sign says what each scheme finds; = marks claims that do not discriminate"
-    return Table(columns, rows, caption, wide=(1, 2, 3, 4))
+def _sections(result: Result) -> Iterator[Section]:
+    """Yield the figures, what the paper leaves open, and the runs."""
+    yield Section("Figures 2 to 16", [Text(_ABOUT_FIGURES), *figures_of(result)])
+    yield Section("What the paper leaves open", [_choices(result.tables["combinations"])])
+    yield Section("The runs", _runs({name: result.histories[f"paper/{name}"] for name in result.scenarios}))
 
 
 def _choices(grid: pd.DataFrame) -> Table:
@@ -268,34 +197,28 @@ def _choices(grid: pd.DataFrame) -> Table:
     shown["shortening"] = shown["shortening"].map({True: "in gap and slip", False: "left out"})
     times = ("second_start", "second_end", "longest_stick_start", "longest_stick")
     shown.attrs["units"] = dict.fromkeys(times, "s") | {"gravity": "m/s²"}
-    headings = {name: name.replace("_", " ") for name in shown}
     caption = (
         "All combinations, three models each (Baumgarte's form matters to fixed steps only): the second "
         "macro-collision, the longest stick in it, claims reproduced"
     )
-    return Table.of_frame(shown, caption, digits=4, columns=headings)
+    return Table.of_frame(shown, caption, digits=4)
 
 
-def _runs(result: Reproduction) -> list[Block]:
-    runs = {name: result.runs[f"paper/{name}"] for name in _scenarios(result)}
+def _runs(runs: Mapping[str, History]) -> list[Block]:
     macros = pd.DataFrame({"run": key, **macro} for key, run in runs.items() for macro in run.macro_collisions)
     macros.attrs["units"] = {"start": "s", "end": "s", "peak_force": "N"}
     macros.attrs["units"] |= {"normal_impulse": "N s", "tangential_impulse": "N s"}
     ledgers = pd.DataFrame({"run": key, **run.balance} for key, run in runs.items())
     shown = ("run", "initial", "final", "lost_impact", "lost_friction", "lost_scheme", "unaccounted")
-    warned = same_warnings((name, "\n".join(run.summary["warnings"])) for name, run in runs.items())
     about = (
         "what the scheme takes is the work of Baumgarte's terms, negative where they push a tip out of the slope"
     )
     return [
-        differing(_scenarios(result)),
         Table.of_frame(macros, "Macro-collisions: contacts less than 0.03 s apart, impacts included", digits=5),
         Table.of_frame(ledgers[[*shown]], f"Energy balance (J); {about}", digits=4),
-        Table(["warning", "runs"], [[text, listed(found)] for text, found in warned], "Warnings.", wide=(0, 1)),
     ]
 
 
-_TITLE = "The paper's figures and claims, from our runs"
 _LEAD = (
     "W. Yuan, L. Li, D. G. Zhang, J. Z. Hong: New method for oblique impact dynamics research of a flexible beam "
     "with large overall motion considering impact friction force. Acta Mechanica Sinica 32(4), 2016. Only the "
@@ -309,7 +232,8 @@ _ASSUMED = [
 _RULES = (
     "Each claim is judged by its rule on the runs of both schemes. Reproduced means by both, not reproduced by "
     "neither, partly everything between. The last column of the claims counts how often each is reproduced / "
-    "partly / not reproduced over all combinations of what the paper leaves open."
+    "partly / not reproduced over all combinations of what the paper leaves open; = marks those that all of them "
+    "reproduce."
 )
 _ABOUT_FIGURES = (
     "The same scales for both schemes (except friction). What vibrates faster than a picture can show is drawn as "

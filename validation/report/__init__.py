@@ -1,4 +1,4 @@
-"""One report writer: a self-contained page, with its data as JSON and CSV.
+"""One writer of reports: a self-contained page of text, tables and pictures.
 
 A report is sections of text, tables and pictures:
 
@@ -12,20 +12,18 @@ A report is sections of text, tables and pictures:
         overview=[Table(["quantity", "value (N)", "verdict"], [["force", 5.25, Cell("agrees", "pass")]]), drawn],
         sections=[Section("Runs", [Text("A paragraph."), Table.of_frame(frame)])],
     )
-    report.write(folder, data={"force": 5.25}, table=frame)
+    page = report.html()
 
-writes report.html, results.json and results.csv into `folder`, each whole or not at all; date, command, versions,
-machine and provenance are added to the page, and all but the date to the JSON.  Tables and pictures are numbered;
-a button saves a picture as SVG.  Cells of a table are texts, numbers (six digits; `cell` takes others), None, or a
-`Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  A block None, a table without rows and a
-section without blocks are left out.  `number` formats a number for reading,
-`number_within` to the digits that its uncertainty leaves.  `write_json` writes further files.
+Date, command, versions, machine and provenance are added.  Tables and pictures are numbered; a button saves a
+picture as SVG.  Cells of a table are texts, numbers (six digits; `cell` takes others), None, or a `Cell`, whose
+kind "pass", "partly" or "fail" gives it colour and mark; `Table.of_frame` takes them from a frame.  A block None,
+a table without rows and a section without blocks are left out.  `number` formats a number for reading,
+`number_within` to the digits that its uncertainty leaves.
 """
 
 from __future__ import annotations
 
 import io
-import json
 import math
 import os
 import platform
@@ -37,13 +35,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from oblique_impact.files import plain, save_all, save_text
 from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.renders.style import figure_style
 
@@ -139,6 +137,34 @@ def cell(value: Entry, digits: int = 6) -> Cell:
     return Cell(number(value, max(digits, 9) if whole else digits), "number")
 
 
+class Column(NamedTuple):
+    """How a column of a frame is shown."""
+
+    #: "": its name, with spaces
+    heading: str = ""
+    #: significant digits of its numbers
+    digits: int = 6
+    #: column with the uncertainties of its numbers, to whose second digit they are shown
+    within: str = ""
+    #: whether it is running text, which may wrap
+    text: bool = False
+    #: whether it is names of keys or symbols
+    code: bool = False
+    #: whether it is shown in a page alone, not in a terminal
+    page: bool = False
+
+    def cell(self, name: str, row: Mapping[Any, Any], kinds: Mapping[str, str]) -> Cell:
+        """Return the cell of the column of this name in a row."""
+        value = row[name]
+        if isinstance(value, str):
+            return Cell(
+                shown_unit(value) if name == "unit" else value, "code" if self.code else kinds.get(value, "")
+            )
+        if self.within:
+            return Cell(number_within(value, row[self.within]), "number")
+        return cell(value, self.digits)
+
+
 @dataclass(frozen=True)
 class Text:
     """A paragraph of plain text; `note` sets it smaller."""
@@ -167,21 +193,26 @@ class Table:
         cls,
         frame: pd.DataFrame,
         caption: str = "",
+        columns: Mapping[str, Column] | None = None,
+        kinds: Mapping[str, str] = MappingProxyType({}),
         digits: int = 6,
-        wide: Sequence[int] = (),
-        columns: Mapping[str, str] | None = None,
     ) -> Table:
-        """Return the table of a pandas frame, or of some `columns` of it under other headings.
+        """Return the table of a frame: `columns` of it that have a value, by default all, in so many `digits`.
 
-        ``frame.attrs["units"]`` holds units by column.
+        A named index is a column like the others.  ``frame.attrs["units"]`` holds units by column, a column
+        "unit" those of each row.  `kinds` are those of cells by their text, as of verdicts.
         """
-        units, names = (
-            frame.attrs.get("units", {}),
-            columns or {name: str(name).replace("_", " ") for name in frame},
-        )
+        data = frame.reset_index() if frame.index.name else frame
+        empty = data.columns[(data.isna() | data.eq("")).all()]
+        columns = columns or {str(name): Column(digits=digits) for name in data}
+        columns = {name: column for name, column in columns.items() if name not in empty}
+        units = frame.attrs.get("units", {})
+        names = {name: column.heading or name.replace("_", " ") for name, column in columns.items()}
         headings = [with_unit(heading, units.get(name, "1")) for name, heading in names.items()]
-        rows = [[cell(value, digits) for value in row] for row in frame[list(names)].itertuples(index=False)]
-        return cls(headings, rows, caption, wide)
+        rows = [
+            [column.cell(name, row, kinds) for name, column in columns.items()] for row in data.to_dict("records")
+        ]
+        return cls(headings, rows, caption, [n for n, column in enumerate(columns.values()) if column.text])
 
     @property
     def verdicts(self) -> bool:
@@ -301,35 +332,6 @@ class Report:
         )
         environment.filters["readable"] = readable
         return environment.get_template(f"{template}.html.j2").render(document=self, **facts)
-
-    def write(
-        self,
-        folder: Path,
-        data: Mapping[str, Any] | None = None,
-        table: pd.DataFrame | None = None,
-        name: str = "report.html",
-    ) -> Path:
-        """Write the page, `data` as results.json and `table` as results.csv, all or none; returns the page.
-
-        The JSON holds numbers in full precision, null for NaN and infinity, and the provenance besides.
-        Raises InputError if a file cannot be written.
-        """
-        texts = dict[str, bytes | str]()
-        if data is not None:
-            texts["results.json"] = _json({**data, **provenance_data()})
-        if table is not None:
-            texts["results.csv"] = table.to_csv(index=False, lineterminator="\n")
-        save_all(folder, texts | {name: self.html()})
-        return folder / name
-
-
-def write_json(path: Path, data: Any) -> Path:
-    """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
-    return save_text(path, _json(data))
-
-
-def _json(data: Any) -> str:
-    return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 # --- what made a report

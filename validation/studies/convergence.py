@@ -18,8 +18,6 @@ import pandas as pd
 from scipy.optimize import brentq
 from scipy.special import exprel
 
-from oblique_impact.validation.report import number_within
-
 Numbers = TypeVar("Numbers", float, "pd.Series[float]")
 
 #: safety factor of the grid convergence index of three levels or more
@@ -101,26 +99,14 @@ class Analysis:
     uncertainty: float = math.nan
     #: why, in words
     reason: str = ""
-    #: in what alone it converges, like " in the step", where that is not the number of modes or elements
-    within: str = ""
-
-    @property
-    def words(self) -> str:
-        """The verdict in words, with the order if there is one."""
-        order = f" at order {self.order:.2f}" if math.isfinite(self.order) else ""
-        return f"{self.verdict}{self.within}{order}" if self.verdict in (CONVERGED, CONVERGING) else self.verdict
 
     def undetermined(self, reason: str) -> Analysis:
         """Return the analysis of a quantity that has no limit, whatever its values suggest."""
         return replace(self, verdict=NOT_DETERMINED, order=math.nan, limit=math.nan, reason=reason)
 
-    def shown(self, value: float) -> str:
-        """Return a value in as many digits as its uncertainty leaves."""
-        return number_within(value, self.uncertainty)
-
     def __repr__(self) -> str:
         """Return the verdict, and why."""
-        return f"<Analysis: {self.words}: {self.reason}>"
+        return f"<Analysis: {self.verdict}: {self.reason}>"
 
 
 def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:

@@ -1,4 +1,4 @@
-"""Steady response of a beam on a harmonically shaken base: its period, impacts per period, stroboscopic samples.
+"""Steady response of a beam on a harmonically shaken base: period, impacts per period, stroboscopic samples.
 
 The state of the beam at a whole period of the base is a map of the state one period before.  A run is marched from
 period to period until these stroboscopic samples repeat; what is measured is the history of the periods after
@@ -8,21 +8,29 @@ them.
 from __future__ import annotations
 
 import math
+import os
+import time
 from collections.abc import Callable, Iterator
 from typing import Annotated, Literal
 
 import numpy as np
+import pandas as pd
 from pydantic import Field
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import writing
 from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.progress import Status
+from oblique_impact.renders import panels
+from oblique_impact.renders.style import SERIES
 from oblique_impact.scenario.messages import one_of, refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
 from oblique_impact.simulation import compute_history as simulate
-from oblique_impact.validation.studies.quantities import VARIABLES
+from oblique_impact.validation.report import Column, Picture, picture
+from oblique_impact.validation.result import Result
+from oblique_impact.validation.studies.quantities import VARIABLES, GapError, Quantity, quantity
 
 #: samples of a period from which the size of the motion is judged while it settles
 _PER_PERIOD = 32
@@ -31,6 +39,16 @@ _MEASURED = 32
 #: a period longer than one is taken if each shorter one misses by so many times the tolerance.  So a free
 #: vibration that repeats by chance does not pass for it, if it decays by more than 1/100 within it
 _CLEARLY = 100.0
+
+#: numbers of a response, besides least and largest value of what is sampled
+_NUMBERS = ("period", "transient", "impacts_per_period", "peak:bending_stress", "supplied", "energy_lost")
+_COLUMNS = {
+    "quantity": Column("symbol", code=True),
+    "meaning": Column("quantity", text=True, page=True),
+    "value": Column(),
+    "unit": Column(),
+    "verdict": Column(),
+}
 
 MotionState = History | tuple[np.ndarray, np.ndarray]
 
@@ -82,6 +100,92 @@ def require_periodic(scenario: Scenario) -> None:
 
 
 def periodic_response(
+    scenario: Scenario,
+    initial_state: MotionState | None = None,
+    settings: PeriodicSection = PeriodicSection(),
+    *,
+    out: str | os.PathLike[str] | None = None,
+    on_progress: Callable[[Status], None] | None = None,
+) -> Result:
+    """Find the steady response of a beam on a shaken base.
+
+    Parameters
+    ----------
+    scenario, initial_state, settings, on_progress
+        As for `steady_state`.
+    out : path, optional
+        Folder for report.html, results.json and results.csv; without it nothing is written.
+
+    Returns
+    -------
+    Result
+        A row for each number of the response; the table `samples` at whole periods, and the history of one period,
+        ``histories["response"]``.
+
+    Raises
+    ------
+    InputError
+        In one line, as `steady_state`, or for a folder that cannot be written.
+    """
+    started = time.perf_counter()
+    with writing(out):
+        history = steady_state(scenario, initial_state, settings, on_progress)
+        found = history.summary.get("periodic", {})
+        verdict = "periodic" if found.get("period") else "not periodic"
+        verdict = verdict if found else history.outcome.label
+        rows = [
+            {
+                "quantity": q.name,
+                "value": _value(q, history),
+                "unit": q.unit,
+                "verdict": verdict,
+                "meaning": q.meaning,
+            }
+            for q in map(quantity, (*_NUMBERS, f"min:{settings.sample}", f"max:{settings.sample}"))
+        ]
+        samples = pd.DataFrame({settings.sample: found.get("samples", [])}).rename_axis("period")
+        samples.attrs["units"] = {settings.sample: VARIABLES[settings.sample][0]}
+        result = Result(
+            "Steady response on a shaken base",
+            f"At {scenario.base.frequency:g} Hz, after {found.get('transient', 0)} periods of the base.",
+            "quantities",
+            pd.DataFrame(rows).set_index("quantity"),
+            {"periodic": "pass", "not periodic": "partly"} | {outcome.label: "fail" for outcome in Outcome},
+            _COLUMNS,
+            "The response.",
+            tables={"samples": samples},
+            remarks=[f"warning: {text}" for text in history.summary.get("warnings", ())],
+            scenarios={"scenario": scenario},
+            histories={"response": history},
+            about={"settings": settings},
+            seconds=time.perf_counter() - started,
+            overview=lambda _: [_picture(history, settings.sample, 1.0 / scenario.base.frequency)],
+        )
+        if out is not None:
+            result.save(out)
+    return result
+
+
+def _value(q: Quantity, history: History) -> float:
+    try:
+        return q.measure(history)
+    except GapError:
+        return math.nan
+
+
+def _picture(history: History, name: str, period: float) -> Picture:
+    """Draw a variable over the measured periods, with its values at whole periods."""
+    runs = panels.Runs([history], ["response"])
+    curves, clock = panels.variable(runs, name, name.replace("_", " ")), panels.clock(0.0, history.end_time)
+    with picture(f"{VARIABLES[name][1].capitalize()}; dots are whole periods of the base.") as drawn:
+        axes = drawn.figure.subplots()
+        panels.draw_curves(axes, curves, clock)
+        whole = np.arange(0.0, history.end_time + 0.5 * period, period)
+        axes.plot(clock.at(whole), np.interp(clock.at(whole), *axes.lines[0].get_data()), "o", color=SERIES[1])
+    return drawn
+
+
+def steady_state(
     scenario: Scenario,
     initial_state: MotionState | None = None,
     settings: PeriodicSection = PeriodicSection(),

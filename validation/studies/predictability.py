@@ -11,9 +11,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -25,21 +23,8 @@ from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.validation.report import (
-    Cell,
-    Picture,
-    Report,
-    Section,
-    Table,
-    Text,
-    capitalized,
-    cell,
-    number,
-    number_within,
-    picture,
-    readable,
-)
-from oblique_impact.validation.report.parameters import parameters
+from oblique_impact.validation.report import Column, Picture, picture, readable
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.study import FAILURES, Run, run_study
 
@@ -68,59 +53,18 @@ RULE = (
 )
 
 
-@dataclass(frozen=True, repr=False)
-class Predictability:
-    """A sweep over the initial angle, and what it says of the events and macro-collisions of a scenario."""
+class Growths(NamedTuple):
+    """What a sweep over the initial angle says of a scenario's events and macro-collisions."""
 
-    name: str
-    #: the unperturbed one
-    scenario: Scenario
-    #: a row for each run, with its initial angle (rad), as of `run_study`
-    frame: pd.DataFrame
-    #: a row for each event of the unperturbed run: time (s) and growth, bounds and infinities as in `collisions`
-    events: pd.DataFrame
-    #: a row for each macro-collision: number from 1, start (s) and impulse (N s) of the unperturbed run, the
+    #: a row for each macro-collision of the unperturbed run, by its number from 1: start (s), impulse (N s), the
     #: fewest and the most contacts among the runs, growth of the start (infinite if the physics stopped a
     #: perturbed run before it, NaN without any), whether that is a lower bound only, as a perturbed run ended
     #: before, verdict, and the largest differences of start and impulse by the smallest perturbation, and by all
     collisions: pd.DataFrame
+    #: a row for each event: time (s) and growth, bounds and infinities as in `collisions`
+    events: pd.DataFrame
     #: T (s)
     unit_time: float
-    #: wall time (s)
-    seconds: float = 0.0
-
-    def __repr__(self) -> str:
-        """Return what stands against the result, and a line for each macro-collision."""
-        found = [f"{self.name}:", *(f"  {remark}" for remark in self.remarks)]
-        for c in self.collisions.itertuples():
-            growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
-            found.append(f"  collision {c.collision}: starts at {c.start:.9g} s{growth}: {c.verdict}")
-        return "\n".join(found)
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return report(self)._repr_html_()
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a row for each macro-collision, as in results.csv: `collisions`."""
-        return self.collisions
-
-    @property
-    def remarks(self) -> list[str]:
-        """Sentences: why there are no collisions, which perturbed runs are left out, warnings of the run."""
-        angle, remarks = self.scenario.initial.angle, list[str]()
-        turned = self.frame["initial.angle"] != angle
-        (run,) = self.frame[~turned].to_dict("records")
-        if run["outcome"] in FAILURES:
-            remarks.append(f"the unperturbed run failed: {run['outcome']}: {run['message']}")
-        elif self.collisions.empty:
-            words = ": ".join(filter(None, (run["outcome"], run["message"])))
-            remarks.append(f"no contact until {run['stopped_at']:.6g} s: {words}")
-        remarks += [
-            f"perturbed run at {row['initial.angle'] - angle:.3g} rad left out: {row['outcome']}: {row['message']}"
-            for row in self.frame[turned & self.frame["outcome"].isin(FAILURES)].to_dict("records")
-        ]
-        return remarks + [f"warning: {warning}" for warning in run["warnings"].splitlines()]
 
 
 def predictability(
@@ -133,7 +77,7 @@ def predictability(
     timeout: float | None = None,
     name: str = "scenario",
     on_progress: OnProgress = silent,
-) -> Predictability:
+) -> Result:
     """Judge for each macro-collision whether its numbers are determined, by runs with perturbed initial angles.
 
     Parameters
@@ -149,6 +93,11 @@ def predictability(
     name : str
         What the scenario is called in the report.
 
+    Returns
+    -------
+    Result
+        A row for each macro-collision, by its number, and the tables `events` and `runs`; see `Growths`.
+
     Raises
     ------
     InputError
@@ -159,7 +108,7 @@ def predictability(
     >>> from oblique_impact import Scenario
     >>> from oblique_impact.validation import predictability
     >>> soft = Scenario.builtin("elastic-stop").replace(end_time=0.4)
-    >>> predictability(soft, perturbations=[1e-6], workers=1).collisions["verdict"][0]
+    >>> predictability(soft, perturbations=[1e-6], workers=1)[1].verdict
     'predictable'
     """
     runs, started = perturbed_runs(scenario, perturbations), time.perf_counter()
@@ -168,9 +117,9 @@ def predictability(
         frame = run_study(
             runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress
         )
-        result = judge(scenario, frame, name, time.perf_counter() - started)
+        result = _result(scenario, frame, name, time.perf_counter() - started)
         if out is not None:
-            report(result).write(Path(out), _data(result), result.to_dataframe())
+            result.save(out)
     return result
 
 
@@ -230,7 +179,7 @@ def closing_turn(scenario: Scenario) -> float:
     return min(turns)
 
 
-def judge(scenario: Scenario, frame: pd.DataFrame, name: str = "scenario", seconds: float = 0.0) -> Predictability:
+def judge(scenario: Scenario, frame: pd.DataFrame) -> Growths:
     """Judge a scenario by the frame of a sweep over its initial angle, which was asked for event:1 and start:1.
 
     More such quantities, "collision_impulse:1" and "collision_contacts:1" are taken as far as they are there.
@@ -277,7 +226,7 @@ def judge(scenario: Scenario, frame: pd.DataFrame, name: str = "scenario", secon
         collisions[f"start_by_{d:.3g}"] = _largest(shifts[near])
         collisions[f"impulse_by_{d:.3g}"] = _largest(np.abs(impulses[1:] - impulses[0])[near])
     growths = pd.DataFrame({"time": events[0], "growth": _largest(moved / scale)})
-    return Predictability(name, scenario, frame, growths, collisions, unit, seconds)
+    return Growths(collisions.set_index("collision"), growths, unit)
 
 
 def _largest(values: Array) -> Array:
@@ -294,40 +243,61 @@ def verdict_of(growth: float, lower_bound: bool = False) -> str:
     return PREDICTABLE if growth <= SMALL else SENSITIVE
 
 
-# --- report
+# --- result
 
 
-def _data(result: Predictability) -> dict[str, Any]:
-    return {
-        "study": result.name,
-        "rule": RULE,
-        "scenario": result.scenario,
-        "unit_time": result.unit_time,
-        "runs": result.frame[["initial.angle", "outcome", "message", "warnings"]],
-        "events": result.events,
-        "collisions": result.collisions,
-        "times": {"wall_time": result.seconds},
-    }
-
-
-def report(result: Predictability) -> Report:
-    """Return the report."""
-    return Report(
+def _result(scenario: Scenario, frame: pd.DataFrame, name: str, seconds: float) -> Result:
+    found = judge(scenario, frame)
+    return Result(
         "Predictability: runs with perturbed initial angles",
         "Sensitivity of times and impulses of the impacts to the initial angle. Perturbed runs start at angles "
         "that differ by less than can be measured; where they part, the scenario does not determine what follows.",
-        result.seconds,
-        facts=[("runs", str(len(result.frame)))],
-        overview=[
-            *(Text(f"{capitalized(remark)}.", note=True) for remark in result.remarks),
-            _collisions_table(result.collisions),
-            _growth_picture(result.events) if len(result.events) else None,
-        ],
-        sections=[
-            *parameters({result.name: result.scenario}),
-            Section("How a verdict is found", [*map(Text, RULE)]),
-        ],
+        "collisions",
+        found.collisions,
+        _KINDS,
+        _columns(found.collisions),
+        "Macro-collisions, and how far perturbed runs move them; where one ends before a start, the rest of its "
+        "time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves.",
+        tables={"events": found.events, "runs": frame[["initial.angle", "outcome", "message", "warnings"]]},
+        remarks=remarks_of(scenario, frame),
+        rule=RULE,
+        scenarios={name: scenario},
+        about={"unit_time": found.unit_time},
+        facts=[("runs", str(len(frame)))],
+        seconds=seconds,
+        overview=lambda _: [_growth_picture(found.events)] if len(found.events) else [],
     )
+
+
+def remarks_of(scenario: Scenario, frame: pd.DataFrame) -> list[str]:
+    """Return sentences: why there are no collisions, which perturbed runs are left out, warnings of the run."""
+    angle, remarks = scenario.initial.angle, list[str]()
+    turned = frame["initial.angle"] != angle
+    (run,) = frame[~turned].to_dict("records")
+    if run["outcome"] in FAILURES:
+        remarks.append(f"the unperturbed run failed: {run['outcome']}: {run['message']}")
+    elif math.isnan(run["start:1"]):
+        words = ": ".join(filter(None, (run["outcome"], run["message"])))
+        remarks.append(f"no contact until {run['stopped_at']:.6g} s: {words}")
+    remarks += [
+        f"perturbed run at {row['initial.angle'] - angle:.3g} rad left out: {row['outcome']}: {row['message']}"
+        for row in frame[turned & frame["outcome"].isin(FAILURES)].to_dict("records")
+    ]
+    return remarks + [f"warning: {warning}" for warning in run["warnings"].splitlines()]
+
+
+def _columns(collisions: pd.DataFrame) -> dict[str, Column]:
+    """Return the columns that are shown; the smallest perturbation leaves starts and impulses their digits."""
+    shifts = [str(name) for name in collisions if "_by_" in str(name)]
+    columns = {"collision": Column(), "start": Column("start (s)", within=shifts[0])}
+    columns["impulse"] = Column("normal impulse (N s)", within=shifts[1])
+    for name in shifts:
+        what, _, perturbation = name.partition("_by_")
+        unit = "s" if what == "start" else "N s"
+        heading = f"shift of {what} by {readable(perturbation)} rad ({unit})"
+        columns[name] = Column(heading, digits=2, page=True)
+    columns |= {"fewest_contacts": Column(), "most_contacts": Column(), "growth": Column(digits=3)}
+    return columns | {"lower_bound": Column("at least", page=True), "verdict": Column()}
 
 
 def _growth_picture(events: pd.DataFrame) -> Picture:
@@ -344,25 +314,3 @@ def _growth_picture(events: pd.DataFrame) -> Picture:
         axes.set(xlabel="time of the event (s)", ylabel="largest growth until then", yscale="log")
         axes.set_ylim(bottom=min(axes.get_ylim()[0], 0.5 * SMALL))
     return drawn
-
-
-def _collisions_table(collisions: pd.DataFrame) -> Table:
-    """Return the macro-collisions, in the digits that the smallest perturbation leaves."""
-    shifts = [str(name) for name in collisions if "_by_" in str(name)]
-    rows = []
-    for c in collisions.to_dict("records"):
-        own = [Cell(number_within(c[name], c[shifts[k]]), "number") for k, name in enumerate(("start", "impulse"))]
-        growth = Cell(("≥ " if c["lower_bound"] else "") + number(c["growth"], 3), "number")
-        contacts = [c["fewest_contacts"], c["most_contacts"]]
-        moved = [cell(c[name], 2) for name in shifts]
-        rows.append([c["collision"], *own, *moved, *contacts, growth, Cell(c["verdict"], _KINDS[c["verdict"]])])
-    columns = ["macro-collision", "start (s)", "normal impulse (N s)"]
-    for name in shifts:
-        what, _, perturbation = name.partition("_by_")
-        columns.append(f"shift of {what} by {readable(perturbation)} rad ({'s' if what == 'start' else 'N s'})")
-    columns += ["fewest contacts", "most contacts", "growth", "verdict"]
-    caption = (
-        "Macro-collisions, and how far perturbed runs move them; where one ends before a start, the rest of its "
-        "time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves."
-    )
-    return Table(columns, rows, caption)

@@ -6,7 +6,7 @@ import math
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,37 +17,38 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from oblique_impact.beam_problem import SCHEMES
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import plain, writing
+from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import (
+    Block,
     Cell,
+    Column,
     Picture,
-    Report,
     Section,
     Table,
     Text,
     capitalized,
     cell,
     number,
+    number_within,
     picture,
-    rounded,
     shown_unit,
     with_unit,
 )
-from oblique_impact.validation.report.parameters import differing, parameters
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.convergence import (
     CONVERGED,
+    CONVERGING,
     NO_VERDICT,
     RULE,
     VERDICTS,
-    Analysis,
     analyse,
 )
 from oblique_impact.validation.studies.parallel import check_limits
-from oblique_impact.validation.studies.quantities import Quantity, default_quantities, natural_scale, quantity
+from oblique_impact.validation.studies.quantities import default_quantities, natural_scale, quantity
 from oblique_impact.validation.studies.series import (
     AXES,
     Axis,
@@ -65,140 +66,18 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _ROUGH = ("contacts", "events", "peak_force", "unaccounted")
 
 
-@dataclass(frozen=True, repr=False)
-class QuantityResult:
-    """One quantity over the levels of a series, and what its values say."""
-
-    quantity: Quantity
-    #: order that the method declares
-    declared: float | None
-    #: what a small value is measured by (unit of the value)
-    scale: float
-    #: why a level does not have it, "" if it does
-    gaps: tuple[str, ...]
-    analysis: Analysis
-    #: why it has no limit as modes or elements are added, "" if it has
-    without_limit: str = ""
-
-    @property
-    def values(self) -> list[float]:
-        """Values, coarse to fine; NaN where a level does not have it."""
-        return [float(value) for value in self.analysis.levels["value"]]
-
-    @property
-    def finest(self) -> str:
-        """The finest value in the digits of its uncertainty, with that and the unit, or why there is none."""
-        a, unit = self.analysis, shown_unit(self.quantity.unit)
-        value, digits = rounded(self.values[-1], a.uncertainty)
-        known = f" +- {a.uncertainty:.2g}" if math.isfinite(a.uncertainty) else ""
-        return self.gaps[-1] or f"{value:.{digits}g}{known} {unit}".strip()
-
-    def __repr__(self) -> str:
-        """Return value, verdict and reason in a line."""
-        return f"{self.quantity.name:24} {self.finest:32} {self.analysis.words} ({self.analysis.reason})"
-
-
-@dataclass(frozen=True, repr=False)
-class SeriesResult:
-    """A series with the frame of its levels, coarse to fine; `remark` is about the sizes h."""
-
-    refined: RefinementSeries
-    runs: pd.DataFrame
-    sizes: tuple[float, ...]
-    remark: str
-    results: tuple[QuantityResult, ...]
-
-    def __repr__(self) -> str:
-        """Return what the terminal shows: levels that did not complete, a line for each quantity, remarks."""
-        shown = list[object]()
-        for run in self.runs.to_dict("records"):
-            if run["outcome"] != Outcome.COMPLETED.label:
-                words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
-                shown.append(f"{self.axis.label} {run['level']:g}: {words}")
-        shown += [*self.results, *self.remarks]
-        return "\n".join([f"{self.refined.name}:", *(f"  {line}" for line in shown)])
-
-    @property
-    def axis(self) -> Axis:
-        """Axis of the refinement: elements, modes, steps, stiffness or tolerance."""
-        return AXES[self.refined.axis]
-
-    def quantity(self, name: str) -> QuantityResult:
-        """Return the result of one quantity by name; raises KeyError."""
-        return {item.quantity.name: item for item in self.results}[name]
-
-    @property
-    def remarks(self) -> list[str]:
-        """Sentences about the series: what has no limit over modes, uneven events, warnings with their levels."""
-        remarks = []
-        lost = [item for item in self.results if item.without_limit]
-        if self.refined.within and lost:
-            names = "; ".join(item.quantity.meaning for item in lost)
-            remarks.append(
-                f"{names}: no limit as modes or elements are added ({lost[0].without_limit}); "
-                f"what has converged{self.refined.within} has done so at this number of modes or elements alone"
-            )
-        counts = self.runs["events"][self.runs["outcome"] == Outcome.COMPLETED.label].tolist()
-        if len(set(counts)) > 1:
-            remarks.append(
-                f"the number of events differs from level to level ({', '.join(map(str, counts))}); what comes "
-                "after the first event that some level lacks is not the same motion, whatever its verdict"
-            )
-        labels = (f"{level:g}" for level in self.refined.levels)
-        found = same_warnings(zip(labels, self.runs["warnings"], strict=True))
-        return remarks + [f"warning ({self.axis.label} {', '.join(levels)}): {text}" for text, levels in found]
-
-
-@dataclass(frozen=True, repr=False)
-class StudyResult:
-    """A study with everything it found.
-
-    Attributes
-    ----------
-    study : Study
-        What was refined.
-    tolerance : float
-        Relative uncertainty at which a quantity counts as converged.
-    series : tuple of SeriesResult
-        With runs and verdicts.
-    seconds : float
-        Wall time (s): with those of the runs, the only numbers that change from time to time.
-    """
-
-    study: Study
-    tolerance: float
-    series: tuple[SeriesResult, ...]
-    seconds: float
-
-    def quantity(self, name: str, series: int = 0) -> QuantityResult:
-        """Return the result of a quantity in a series (by number from 0); raises KeyError."""
-        return self.series[series].quantity(name)
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a row for each series, quantity and level, as in results.csv; NaN where there is nothing."""
-        parts = []
-        for part in self.series:
-            for item in part.results:
-                before = {
-                    "series": part.refined.name,
-                    "axis": part.refined.axis,
-                    "level": part.refined.levels,
-                    "outcome": part.runs["outcome"].tolist(),
-                    "quantity": item.quantity.name,
-                    "unit": item.quantity.unit,
-                    "gap": item.gaps,
-                }
-                levels = pd.concat([pd.DataFrame(before), item.analysis.levels], axis=1)
-                parts.append(levels.assign(uncertainty=item.analysis.uncertainty, verdict=item.analysis.words))
-        return pd.concat(parts, ignore_index=True)
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return report(self)._repr_html_()
-
-    def __repr__(self) -> str:
-        """Return what the terminal shows of each series."""
-        return "\n".join(map(repr, self.series))
+_COLUMNS = {
+    "series": Column("refined"),
+    "quantity": Column("symbol", code=True),
+    "meaning": Column("quantity", text=True, page=True),
+    "value": Column("finest value", within="uncertainty"),
+    "uncertainty": Column(digits=2),
+    "limit": Column(within="uncertainty"),
+    "unit": Column(),
+    "verdict": Column(),
+    "order": Column(digits=3),
+    "because": Column(text=True),
+}
 
 
 def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:
@@ -214,35 +93,96 @@ def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) ->
     if all(b < a for a, b in pairwise(mean_steps)):
         return list(mean_steps), ""
     order = SCHEMES["event"].order
-    remark = f"The mean steps do not fall from level to level; tolerance^(1/{order}) is the size."
+    remark = f"the mean steps do not fall from level to level; tolerance^(1/{order}) is the size"
     return [level ** (1.0 / order) for level in levels], remark
 
 
-def judge(refined: RefinementSeries, frame: pd.DataFrame, tolerance: float) -> SeriesResult:
-    """Judge every quantity of a series by the frame of its runs."""
+def judge(refined: RefinementSeries, runs: pd.DataFrame, tolerance: float) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Judge every quantity of a series by the frame of its runs.
+
+    Returns
+    -------
+    rows : DataFrame
+        A row for each quantity: the finest `value` with its `uncertainty`, `limit` and `order` where that is
+        confirmed, `verdict` and `because`; `noise`, the `declared` order, and why it has no limit as modes or
+        elements are added, `without_limit`.
+    levels : DataFrame
+        A row for each quantity and level, coarse to fine: `level`, size `h`, why it has no value, `gap`, and the
+        columns of :class:`~oblique_impact.validation.studies.convergence.Analysis`.
+    """
     count = len(refined.levels)
-    runs, noisy = frame.iloc[:count], frame.iloc[count:]
-    h, remark = sizes_of(refined.axis, refined.levels, (runs["stopped_at"] / runs["steps"].clip(lower=1)).tolist())
+    runs, noisy = runs.iloc[:count], runs.iloc[count:]
+    h, _ = sizes_of(refined.axis, refined.levels, (runs["stopped_at"] / runs["steps"].clip(lower=1)).tolist())
     finest, finest_scenario = runs.iloc[-1], refined.finest
-    lost, results = reasons(finest["undetermined"]), []
+    lost, rows, levels = reasons(finest["undetermined"]), [], []
     for name in refined.quantities:
         q, values, noise = quantity(name), runs[name].tolist(), 0.0
         # a run that failed has nothing but its message
-        gaps = tuple(
+        gaps = [
             "" if math.isfinite(row[name]) else reasons(row["gaps"]).get(name, row["message"])
             for row in runs.to_dict("records")
-        )
+        ]
         if len(noisy) and math.isfinite(values[-1]):
             other = float(noisy[name].iloc[0])
             noise = abs(other - values[-1]) if math.isfinite(other) else math.inf
         scale = natural_scale(q.unit, finest_scenario, finest["energy"])
         declared, without_limit = refined.declared.get(name), lost.get(name, "")
-        analysis = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
-        analysis = replace(analysis, within=refined.within)
-        if without_limit and not refined.within and analysis.verdict != NO_VERDICT:
-            analysis = analysis.undetermined(without_limit)
-        results.append(QuantityResult(q, declared, scale, gaps, analysis, without_limit))
-    return SeriesResult(refined, runs, tuple(h), remark, tuple(results))
+        a = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
+        if without_limit and not refined.within and a.verdict != NO_VERDICT:
+            a = a.undetermined(without_limit)
+        # what has no limit over modes has converged at one number of them only
+        alone = (
+            f"{refined.within}{' alone' if without_limit else ''}" if a.verdict in (CONVERGED, CONVERGING) else ""
+        )
+        about = {"series": refined.name, "quantity": name, "unit": q.unit}
+        row = {
+            "value": values[-1],
+            "uncertainty": a.uncertainty,
+            "limit": a.limit,
+            "order": a.order,
+            "noise": a.noise,
+        }
+        row |= {
+            "verdict": a.verdict + alone,
+            "because": gaps[-1] or a.reason,
+            "meaning": q.meaning,
+            "scale": scale,
+        }
+        rows.append(about | row | {"declared": declared, "without_limit": without_limit})
+        place = {"level": refined.levels, "h": h, "outcome": runs["outcome"].tolist(), "gap": gaps}
+        levels.append(pd.concat([pd.DataFrame({**about, **place}), a.levels.drop(columns="size")], axis=1))
+    return pd.DataFrame(rows), pd.concat(levels, ignore_index=True)
+
+
+def remarks_of(refined: RefinementSeries, runs: pd.DataFrame, rows: pd.DataFrame) -> list[str]:
+    """Return sentences about a series.
+
+    They name levels whose runs did not complete, what has no limit over modes, uneven numbers of events, sizes
+    that are not what the axis promises, and warnings with their levels.
+    """
+    runs, axis, remarks = runs.iloc[: len(refined.levels)], AXES[refined.axis], list[str]()
+    for run in runs.to_dict("records"):
+        if run["outcome"] != Outcome.COMPLETED.label:
+            words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
+            remarks.append(f"{axis.label} {run['level']:g}: {words}")
+    lost = rows[rows["without_limit"] != ""]
+    if refined.within and len(lost):
+        remarks.append(
+            f"{'; '.join(lost['meaning'])}: no limit as modes or elements are added "
+            f"({lost['without_limit'].iloc[0]}); what has converged{refined.within} has done so at this number of "
+            "modes or elements alone"
+        )
+    counts = runs["events"][runs["outcome"] == Outcome.COMPLETED.label].tolist()
+    if len(set(counts)) > 1:
+        remarks.append(
+            f"the number of events differs from level to level ({', '.join(map(str, counts))}); what comes "
+            "after the first event that some level lacks is not the same motion, whatever its verdict"
+        )
+    steps = (runs["stopped_at"] / runs["steps"].clip(lower=1)).tolist()
+    remarks += filter(None, [sizes_of(refined.axis, refined.levels, steps)[1]])
+    labels = (f"{level:g}" for level in refined.levels)
+    found = same_warnings(zip(labels, runs["warnings"], strict=True))
+    return remarks + [f"warning ({axis.label} {', '.join(levels)}): {text}" for text, levels in found]
 
 
 def refine(
@@ -262,7 +202,7 @@ def refine(
     timeout: float | None = None,
     name: str = "scenario",
     on_progress: OnProgress = silent,
-) -> StudyResult:
+) -> Result:
     """Refine elements, modes, steps, stiffness or tolerances, and judge what converges.
 
     Parameters
@@ -296,8 +236,8 @@ def refine(
 
     Returns
     -------
-    StudyResult
-        Values, observed orders, limits and verdicts; `quantity` finds those of one quantity.
+    Result
+        A row for each quantity (of each series of a study), and the tables `levels` and `runs`; see `judge`.
 
     Raises
     ------
@@ -310,7 +250,7 @@ def refine(
     >>> from oblique_impact.validation import refine
     >>> swing = Scenario.builtin("paper").replace(end_time=0.1, discretization__frame="mean-axis")
     >>> result = refine(swing, elements=[4, 8, 16], quantities=["theta@end"], workers=1)
-    >>> result.quantity("theta@end").analysis.verdict
+    >>> result["theta@end"].verdict
     'converged'
     """
     every = zip(OPTIONS, (elements, modes, steps, stiffness, tolerances), strict=True)
@@ -339,10 +279,9 @@ def refine(
             runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress
         )
         tolerance = described.tolerance if within is None else within
-        found = tuple(judge(one, frame[frame["series"] == one.name], tolerance) for one in series)
-        result = StudyResult(described, tolerance, found, time.perf_counter() - started)
+        result = _result(replace(described, series=tuple(series), tolerance=tolerance), frame, started)
         if out is not None:
-            report(result).write(Path(out), study_data(result), result.to_dataframe())
+            result.save(out)
     return result
 
 
@@ -389,117 +328,111 @@ def _own_study(
     return Study(title.replace(" ", "-"), title, text, (series,))
 
 
-# --- report
+# --- result
 
 
-def study_data(result: StudyResult) -> dict[str, Any]:
-    """Return everything that was found as plain data, named as in Python; `times` differ from run to run."""
-    series = [
-        {**plain(part.refined), **plain(part), "runs": plain(part.runs.drop(columns="wall_time"))}
-        for part in result.series
+def _result(study: Study, frame: pd.DataFrame, started: float) -> Result:
+    """Return what a study has found, from the frame of its runs."""
+    runs = {one.name: frame[frame["series"] == one.name] for one in study.series}
+    judged = {one.name: judge(one, runs[one.name], study.tolerance) for one in study.series}
+    rows = pd.concat([rows for rows, _ in judged.values()]).set_index("quantity")
+    several = len(study.series) > 1
+    remarks = {one.name: remarks_of(one, runs[one.name], judged[one.name][0]) for one in study.series}
+    named = [f"{name}: {line}" if several else line for name, lines in remarks.items() for line in lines]
+    kinds = {
+        f"{verdict}{within}{alone}": "partly" if alone and kind == "pass" else kind
+        for verdict, kind in VERDICTS.items()
+        for within in dict.fromkeys(["", *(one.within for one in study.series)])
+        for alone in ("", " alone")
+    }
+    return Result(
+        f"Refinement study: {study.title}",
+        study.description,
+        "quantities",
+        rows,
+        kinds,
+        {name: column for name, column in _COLUMNS.items() if several or name != "series"},
+        "Verdicts; limits are given where the order is confirmed.",
+        tables={
+            "levels": pd.concat([levels for _, levels in judged.values()]).set_index("quantity"),
+            "runs": frame,
+        },
+        remarks=named,
+        rule=RULE,
+        scenarios={one.name: one.base for one in study.series},
+        about={"study": study.name, "tolerance": study.tolerance},
+        facts=[("tolerance", f"{number(study.tolerance)} (relative)")],
+        seconds=time.perf_counter() - started,
+        sections=lambda result: (_section(one, result) for one in study.series),
+    )
+
+
+def _section(refined: RefinementSeries, result: Result) -> Section:
+    """Return the part of a series: its picture, its runs, and a table of the levels of each quantity."""
+    axis, count = AXES[refined.axis], len(refined.levels)
+    rows, levels, runs = (
+        frame[frame["series"] == refined.name] for frame in (result.frame, *result.tables.values())
+    )
+    columns = {
+        "level": Column(with_unit(axis.label, axis.unit)),
+        "outcome": Column(),
+        "stopped_at": Column("ended at"),
+    }
+    columns |= {name: Column() for name in ("steps", "events")} | {"message": Column(text=True)}
+    note = f"Scenario {Path(refined.scenario).name}; h is {axis.size}."
+    blocks: list[Block] = [
+        Text(note, note=True),
+        _picture(refined, rows, levels),
+        Table.of_frame(runs[:count], "Runs.", columns),
     ]
-    for one in series:
-        del one["refined"]
-    times = {"wall_time": result.seconds, "runs": [part.runs["wall_time"].tolist() for part in result.series]}
-    study = {"study": result.study.name, "title": result.study.title, "tolerance": result.tolerance}
-    return {**study, "rule": RULE, "series": series, "times": times}
+    return Section(refined.name, [*blocks, *(_level_table(axis, row, levels) for row in rows.itertuples())])
 
 
-def report(result: StudyResult) -> Report:
-    """Return the report."""
-    bases = {part.refined.name: part.refined.base for part in result.series}
-    several, rows = len(bases) > 1, []
-    for part in result.series:
-        for item in part.results:
-            a, q = item.analysis, item.quantity
-            finest, limit = (Cell(a.shown(value), "number") for value in (item.values[-1], a.limit))
-            # what has no limit over modes has converged at one number of them only
-            kind = "partly" if a.verdict == CONVERGED and item.without_limit else VERDICTS[a.verdict]
-            unit, uncertainty = shown_unit(q.unit), cell(a.uncertainty, 2)
-            name = [part.refined.name if item is part.results[0] else ""]  # once for all its quantities
-            row = [q.meaning, finest, limit, uncertainty, unit, Cell(a.words, kind), a.reason]
-            rows.append([*name, *row] if several else row)
-    columns = ["quantity", "finest value", "limit", "uncertainty", "unit", "verdict", "because"]
-    columns = ["refined", *columns] if several else columns
-    caption = "Verdicts; limits are given where the order is confirmed"
-    refined = "What is refined changes from level to level."
-    return Report(
-        f"Refinement study: {result.study.title}",
-        result.study.description,
-        result.seconds,
-        facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
-        overview=[
-            Table(columns, rows, caption, wide=[0, 1, 7] if several else [0, 6]),
-            *([differing(bases)] if several else map(_picture, result.series)),
-        ],
-        sections=[
-            *(_section(part, several) for part in result.series),
-            *parameters(bases, refined),
-            Section("How a verdict is found", [*map(Text, RULE)]),
-        ],
-    )
-
-
-def _section(result: SeriesResult, pictured: bool) -> Section:
-    refined, axis = result.refined, result.axis
-    levels = ", ".join(number(level) for level in refined.levels)
-    note = f"Scenario {Path(refined.scenario).name}; {refined.axis} {levels}; h is {axis.size}. {result.remark}"
-    columns = {"level": with_unit(axis.label, axis.unit), "h": "h", "outcome": "outcome", "stopped_at": "ended at"}
-    columns |= {"steps": "steps", "events": "events"} | ({"message": ""} if result.runs["message"].any() else {})
-    return Section(
-        refined.name,
-        [
-            Text(note, note=True),
-            *(Text(f"{capitalized(remark)}.", note=True) for remark in result.remarks),
-            _picture(result) if pictured else None,
-            Table.of_frame(result.runs.assign(h=result.sizes), "Runs", wide=[6], columns=columns),
-            *(_level_table(result, item) for item in result.results),
-        ],
-    )
-
-
-def _level_table(result: SeriesResult, item: QuantityResult) -> Table:
-    a, unit, axis = item.analysis, item.quantity.unit, result.axis
-    rows = []
-    for level, gap, row in zip(result.refined.levels, item.gaps, a.levels.itertuples(), strict=True):
-        kind = "number" if row.above_noise else "number dim"
-        order, index = number(row.observed_order, 3), number(row.grid_convergence_index, 2)
-        found = [Cell(text, kind) for text in (order, a.shown(row.richardson_limit), index)]
-        value = Cell(gap, "dim") if gap else Cell(a.shown(row.value), "number")
-        rows.append([level, value, cell(row.difference, 3), *found])
-    declared = f", declared order {item.declared:g}" if item.declared else ""
-    caption = (
-        f"{capitalized(item.quantity.meaning)}{declared}. Verdict: {a.words} ({a.reason}); uncertainty "
-        f"{number(a.uncertainty, 2)} {shown_unit(unit)}, noise {number(a.noise, 2)} {shown_unit(unit)}"
-    )
+def _level_table(axis: Axis, row: Any, levels: pd.DataFrame) -> Table:
+    """Return the table of the levels of a quantity, paler where differences are not well above the noise."""
+    unit, rows = shown_unit(row.unit), []
+    for level in levels[levels.index == row.Index].itertuples():
+        kind = "number" if level.above_noise else "number dim"
+        order, index = number(level.observed_order, 3), number(level.grid_convergence_index, 2)
+        limit = number_within(level.richardson_limit, row.uncertainty)
+        value = (
+            Cell(level.gap, "dim") if level.gap else Cell(number_within(level.value, row.uncertainty), "number")
+        )
+        found = [Cell(text, kind) for text in (order, limit, index)]
+        rows.append([level.level, cell(level.h, 3), value, cell(level.difference, 3), *found])
+    declared = f", declared order {row.declared:g}" if row.declared and math.isfinite(row.declared) else ""
+    caption = f"{capitalized(row.meaning)}{declared}: {row.verdict}; noise {number(row.noise, 2)} {unit}".strip()
     units = {"value": unit, "difference": unit, "observed order": "1", "Richardson limit": unit, "GCI": unit}
-    return Table([with_unit(*pair) for pair in ({axis.label: axis.unit} | units).items()], rows, caption)
+    return Table(
+        [with_unit(*pair) for pair in ({axis.label: axis.unit, "h": ""} | units).items()], rows, f"{caption}."
+    )
 
 
-def _picture(result: SeriesResult) -> Picture:
+def _picture(refined: RefinementSeries, rows: pd.DataFrame, levels: pd.DataFrame) -> Picture:
     """Draw differences between successive levels and values, relative to the finest value, over the levels."""
-    axis, refined = result.axis, result.refined
-    places, largest = np.array(refined.levels if axis.rising else result.sizes), 0.0
+    axis, largest = AXES[refined.axis], 0.0
+    sizes = levels["h"].to_numpy()[: len(refined.levels)]
+    places = np.array(refined.levels if axis.rising else sizes)
     caption = (
         f"Refinement of {refined.name}. Left: differences between successive levels. Right: values. Both relative "
         "to the finest."
     )
-    words = "; ".join(f"{item.quantity.meaning}: {item.analysis.words}" for item in result.results)
+    words = "; ".join(f"{row.meaning}: {row.verdict}" for row in rows.itertuples())
     with picture(caption, 7.1, 3.4, f"Refinement of {refined.name}: {words}.") as drawn:
         left, right = drawn.figure.subplots(1, 2)
-        for index, item in enumerate(result.results):
+        for index, row in enumerate(rows.itertuples()):
+            own = levels[levels.index == row.Index]
             style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "markersize": 4.5}
             style["marker"] = _MARKERS[index % len(_MARKERS)]
-            known = [value for value in item.values if math.isfinite(value)]
-            finest = known[-1] if known and known[-1] else math.nan
-            right.plot(places, np.array(item.values) / finest, label=item.quantity.meaning, **style)
-            errors = item.analysis.levels["difference"].abs() / np.fmax(abs(finest), item.scale)
+            known = own["value"].dropna()
+            finest = known.iloc[-1] if len(known) and known.iloc[-1] else math.nan
+            right.plot(places, own["value"] / finest, label=row.meaning, **style)
+            errors = own["difference"].abs() / np.fmax(abs(finest), row.scale)
             left.plot(places, errors.where(errors > 0.0), **style)
             largest = max(largest, np.nan_to_num(errors.max()))
-        orders = [item.declared for item in result.results if item.declared]
-        orders += [item.analysis.order for item in result.results if math.isfinite(item.analysis.order)]
+        orders = [*rows["declared"].dropna(), *rows["order"].dropna()]
         if largest and orders:
-            h = np.array(result.sizes)[1:]
+            h = sizes[1:]
             right.plot([], [], "--", color=GREY, label=f"order {orders[0]:.3g}")
             left.plot(places[1:], 2.5 * largest * (h / h[0]) ** orders[0], "--", color=GREY, linewidth=1.1)
         left.set(ylabel="relative difference", title="Difference from the level before")

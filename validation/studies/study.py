@@ -29,7 +29,7 @@ from oblique_impact.progress import OnProgress, Progress, Status, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each
-from oblique_impact.validation.studies.periodic import MotionState, PeriodicSection, periodic_response
+from oblique_impact.validation.studies.periodic import MotionState, PeriodicSection, steady_state
 from oblique_impact.validation.studies.quantities import VARIABLES, GapError, not_determined, quantity
 
 #: the frame of a study in its folder
@@ -243,7 +243,7 @@ def measure_run(
                     raise OutOfTimeError(f"took longer than {timeout:g} s, until t = {status.time:.6g} s")
 
             if run.periodic:
-                history = periodic_response(run.scenario, state, run.periodic, check_time)
+                history = steady_state(run.scenario, state, run.periodic, check_time)
             else:
                 history = simulate(run.scenario, check_time)
         row = measure(history, run.quantities)

@@ -4,99 +4,26 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import save_text, writing
-from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell, shown_unit
-from oblique_impact.validation.report.parameters import parameters
+from oblique_impact.validation.report import Block, Cell, Column, Table, cell, shown_unit
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
 from oblique_impact.validation.studies.parallel import check_limits
-from oblique_impact.validation.studies.study import reasons, run_study, same_warnings
+from oblique_impact.validation.studies.study import FAILURES, reasons, run_study, same_warnings
 
-#: distinct warnings that a terminal shows at most; runs and warnings that the report lists at most
-_SHOWN, _LISTED = 5, 20
-
-
-@dataclass(frozen=True, repr=False)
-class SweepResult:
-    """A finished sweep.
-
-    Attributes
-    ----------
-    plan : Plan
-        What was varied, and what each run was asked for.
-    folder : Path
-        Where results.parquet, report.html, scenario.toml, sweep.toml and the histories lie.
-    frame : pandas.DataFrame
-        A row for each run: its values, quantities, outcome; `frame.attrs["units"]` by column.
-    earlier : int
-        Runs that were there before.
-    seconds : float
-        Wall time (s) of this call.
-    """
-
-    plan: Plan
-    folder: Path
-    frame: pd.DataFrame
-    earlier: int
-    seconds: float
-
-    @property
-    def unfinished(self) -> pd.DataFrame:
-        """Rows of the runs that did not complete."""
-        return self.frame[self.frame["outcome"] != Outcome.COMPLETED.label]
-
-    @property
-    def outcomes(self) -> dict[str, int]:
-        """Number of runs by outcome, the most frequent first."""
-        return {str(name): int(count) for name, count in self.frame["outcome"].value_counts().items()}
-
-    def __repr__(self) -> str:
-        """Return what the terminal shows: how the runs ended, what it took, the most frequent warnings."""
-        count, earlier = len(self.frame), self.earlier
-        ends = ", ".join(f"{number} {name}" for name, number in self.outcomes.items())
-        found, new = [f"{counted(count, 'run')}: {ends}"], count - earlier - len(self.plan.impossible)
-        if earlier:
-            found.append(f"  {earlier} of them were there before")
-        if new:
-            found.append(f"  {counted(new, 'run')} in {self.seconds:.1f} s, {new / self.seconds:.1f} runs/s")
-        for row in self.unfinished.head(1).to_dict("records"):
-            found.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
-        warnings = warned(self.frame)
-        for runs, run, text in warnings[:_SHOWN]:
-            found.append(f"  warning of {runs} of {count} runs, the first run {run}: {text}")
-        if len(warnings) > _SHOWN:
-            found.append(f"  and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
-        return "\n".join(found)
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return report(self)._repr_html_()
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a row for each run: `frame`."""
-        return self.frame
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data: the rows of the table, the counts of outcomes, the place of the files."""
-        return {"outcomes": self.outcomes, "runs": self.frame, "results": self.folder}
-
-    def history(self, run: int) -> History:
-        """Read the history of a run by its number; a sweep keeps them if its file says ``histories = true``.
-
-        Raises InputError if there is none.
-        """
-        return History.load(self.folder / "histories" / f"{run:06d}")
+#: distinct warnings that are shown at most
+_SHOWN = 5
+_KINDS = {outcome.label: "partly" for outcome in Outcome} | dict.fromkeys(FAILURES, "fail")
+_KINDS[Outcome.COMPLETED.label] = "pass"
 
 
 def sweep(
@@ -108,7 +35,7 @@ def sweep(
     workers: int | None = None,
     timeout: float | None = None,
     on_progress: OnProgress = silent,
-) -> SweepResult:
+) -> Result:
     """Run a scenario over axes of its keys, or what is missing of it, and write the table and its report.
 
     Parameters
@@ -121,6 +48,11 @@ def sweep(
         In place of the scenario that the source names.
     scheduler, workers, timeout, on_progress
         As for :func:`~oblique_impact.validation.studies.study.run_study`.
+
+    Returns
+    -------
+    Result
+        A row for each run, by its number: values, quantities, and how it ended as its verdict.
 
     Raises
     ------
@@ -164,8 +96,8 @@ def sweep(
         )
         save_text(folder / "scenario.toml", plan.base.to_toml())
         save_text(folder / "sweep.toml", plan.to_toml())
-        result = SweepResult(plan, folder, frame, there[0] - len(plan.impossible), time.monotonic() - started)
-        report(result).write(folder)
+        result = _result(plan, frame, there[0] - len(plan.impossible), time.monotonic() - started)
+        result.save(folder)
     return result
 
 
@@ -175,32 +107,31 @@ def warned(frame: pd.DataFrame) -> list[tuple[int, str, str]]:
     return sorted(((len(runs), runs[0], text) for text, runs in found), key=lambda entry: -entry[0])
 
 
-def report(result: SweepResult) -> Report:
-    """Return the report of a finished sweep.  The numbers are in the table."""
-    plan, frame, unfinished = result.plan, result.frame, result.unfinished
-    outcomes = frame[["outcome", "regime"]].value_counts().rename("runs").reset_index()
-    outcomes = outcomes.rename(columns={"regime": "first macro-collision"}).replace("painleve", "Painlevé")
-    warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "first run", "warning"])
-    stopped = unfinished.head(_LISTED)[["run", "outcome", "stopped_at", "message"]]
-    more = f"The first {len(stopped)} of {len(unfinished)} runs."
-    headings = {"run": "run", "outcome": "outcome", "stopped_at": "stopped at", "message": "reason"}
-    none = [Text("Pictures are drawn for sweeps with one or two directions.", note=True)]
-    name = Path(plan.file.scenario).name
-    return Report(
+def _result(plan: Plan, frame: pd.DataFrame, earlier: int, seconds: float) -> Result:
+    """Return what a sweep has found; `earlier` runs were there before."""
+    name, count = Path(plan.file.scenario).name, len(frame)
+    remarks = list[str]()
+    warnings = warned(frame)
+    for runs, run, text in warnings[:_SHOWN]:
+        remarks.append(f"warning of {runs} of {count} runs, the first run {run}: {text}")
+    if len(warnings) > _SHOWN:
+        remarks.append(f"and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
+    columns = {key: Column(key, code=True) for key in plan.runs[0].labels}
+    columns |= {q.name: Column(q.name, 5) for q in plan.quantities}
+    return Result(
         plan.file.title or f"Parameter study of {name}",
         plan.file.description or f"The scenario {name} with other values of some parameters.",
-        result.seconds,
-        facts=[("runs", str(len(frame))), ("scenario", name)],
-        overview=[
-            *_descriptions(plan, frame),
-            Table.of_frame(outcomes, "How the runs ended."),
-            Table.of_frame(warnings, "Warnings of the runs.", wide=(2,)),
-            *(sweep_pictures(plan, frame) or none),
-        ],
-        sections=[
-            Section("Runs that did not complete", [Table.of_frame(stopped, more, wide=(3,), columns=headings)]),
-            *parameters({name: plan.base}, "Those that change from run to run have other values there."),
-        ],
+        "runs",
+        frame.drop(columns="key").set_index("run"),
+        _KINDS,
+        columns | {"outcome": Column(), "message": Column(text=True)},
+        "Runs.",
+        verdict="outcome",
+        remarks=remarks,
+        scenarios={name: plan.base},
+        facts=[("scenario", name), ("runs that were there before", str(earlier))],
+        seconds=seconds,
+        overview=lambda _: [*_descriptions(plan, frame), *sweep_pictures(plan, frame)],
     )
 
 

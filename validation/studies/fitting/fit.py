@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -14,23 +13,12 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import save_text, writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.scenario.schema import label_of
 from oblique_impact.simulation import compute_history as simulate
-from oblique_impact.validation.report import (
-    Block,
-    Cell,
-    Picture,
-    Report,
-    Section,
-    Table,
-    Text,
-    number_within,
-    picture,
-    shown_unit,
-    with_unit,
-)
-from oblique_impact.validation.report.parameters import parameters as section_of_parameters
+from oblique_impact.validation.report import Block, Cell, Column, Picture, Section, Table, picture, with_unit
+from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.fitting import intervals, search
 from oblique_impact.validation.studies.fitting.intervals import Estimate, caveats, find_intervals
 from oblique_impact.validation.studies.fitting.measured import read_measured
@@ -41,53 +29,18 @@ STARTS, MOST_STARTS = 4, 100
 _DRAWN, _LISTED = 8, 200
 
 
-@dataclass(frozen=True, repr=False)
-class FitResult:
-    """Keys that fit measured data."""
-
-    #: the fitted one
-    scenario: Scenario
-    #: a row for each: `key`, `unit`, `start`, `value`, `low` and `high` of the 95 % interval (infinite or 0 where
-    #: it is open, NaN of a key without effect), `interval`, which is "Jacobian", "profile" or "no effect"
-    keys: pd.DataFrame
-    #: a row for each value: `column`, `unit`, `time` (s), `measured`, `deviation`, `fitted`, `residual` (measured
-    #: less fitted, over the deviation)
-    data: pd.DataFrame
-    #: of the keys with an effect (of their logarithms, where positive)
-    correlation: pd.DataFrame
-    #: a row for each start: where it began, where it ended, and `sum_of_squares` there, infinite where no run has
-    #: all that was measured
-    starts: pd.DataFrame
-    #: of the residuals over their deviations, which are the same for all starts
-    sum_of_squares: float
-    degrees_of_freedom: int
-    #: what lmfit reports: statistics, values with standard errors, correlations
-    fit_report: str
-    #: what stands against the result, and warnings of the fitted run
-    warnings: tuple[str, ...]
-    #: wall time (s)
-    seconds: float
-
-    def __repr__(self) -> str:
-        """Return a line for each key, the sum of squares, and what stands against them."""
-        return "\n".join(["<FitResult>", *(f"  {line}" for line in lines(self))])
-
-    def _repr_html_(self) -> str:
-        """Show the head of the report in a notebook."""
-        return report(self)._repr_html_()
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a row for each key: `keys`."""
-        return self.keys
-
-    def value(self, key: str) -> float:
-        """Fitted value of a key."""
-        return float(self.scenario.value_of(key))
-
-    def interval(self, key: str) -> tuple[float, float]:
-        """Its 95 % interval."""
-        row = self.keys.set_index("key").loc[key]
-        return float(row["low"]), float(row["high"])
+#: what determines an interval, which is the verdict on its key
+_KINDS = {"Jacobian": "pass", "profile": "partly", "no effect": "fail"}
+_COLUMNS = {
+    "meaning": Column("parameter", text=True, page=True),
+    "key": Column(code=True),
+    "unit": Column(),
+    "start": Column(page=True),
+    "value": Column(within="half_width"),
+    "low": Column("95 % from", within="half_width"),
+    "high": Column("to", within="half_width"),
+    "verdict": Column("interval by"),
+}
 
 
 def fit(
@@ -100,7 +53,7 @@ def fit(
     workers: int | None = None,
     name: str = "scenario",
     on_progress: OnProgress = silent,
-) -> FitResult:
+) -> Result:
     """Find the keys of a scenario with which it says what was measured.
 
     Parameters
@@ -114,13 +67,24 @@ def fit(
     starts : int
         Starts of the search, the first from the scenario.
     out : path, optional
-        Folder for report.html, results.json, results.csv with the residuals, and scenario.toml, the fitted one.
+        Folder for report.html, results.json, a CSV for each frame, and scenario.toml, the fitted one.
     workers : int, optional
         Parallel processes; default: the cores.
     name : str
         What the scenario is called in the report.
     on_progress : callable
         Called after each start, and after each end of a profile.
+
+    Returns
+    -------
+    Result
+        A row for each key: `start`, `value`, `low` and `high` of its 95 % interval (infinite or 0 where it is
+        open, NaN of a key without effect); the verdict says what that is from, "Jacobian", "profile" or "no
+        effect".  The tables are `data` (a row for each value: `column`, `unit`, `time` (s), `measured`,
+        `deviation`, `fitted`, `residual`, which is measured less fitted over the deviation), `correlation` of the
+        keys with an effect (of their logarithms, where positive) and `starts` (where each began and ended, and the
+        sum of squares there, infinite where no run has all that was measured).  The fitted scenario is
+        ``scenarios["fitted"]``.
 
     Raises
     ------
@@ -144,32 +108,41 @@ def fit(
         found.solutions[found.best] = estimate.solution
         history = simulate(found.problem.scenario(estimate.solution.u))
         fitted = measured.table.assign(deviation=found.problem.deviations, fitted=measured.predict(history))
-        result = FitResult(
-            scenario=found.problem.scenario(estimate.solution.u).replace(end_time=scenario.end_time),
-            keys=_keys(found.problem, estimate),
-            data=fitted.assign(residual=-estimate.solution.residuals),
-            correlation=estimate.correlation,
-            starts=_starts(found),
-            sum_of_squares=estimate.solution.squares,
-            degrees_of_freedom=estimate.degrees_of_freedom,
-            fit_report=estimate.report,
-            warnings=tuple(caveats(found, estimate, history, workers)),
+        fitted = fitted.assign(residual=-estimate.solution.residuals)
+        whole = found.problem.scenario(estimate.solution.u).replace(end_time=scenario.end_time)
+        squares, freedom = estimate.solution.squares, estimate.degrees_of_freedom
+        words = f"{squares:.4g} on {counted(freedom, 'degree')} of freedom"
+        result = Result(
+            "Fit of a scenario to measured data",
+            f"Keys of {Path(name).name}, found from {count} measured values by least squares.",
+            "keys",
+            _keys(found.problem, estimate).set_index("key"),
+            _KINDS,
+            _COLUMNS,
+            "Values with their 95 % intervals; an end that is infinite, or 0, is open.",
+            tables={"data": fitted, "correlation": estimate.correlation, "starts": _starts(found)},
+            remarks=[f"sum of squares {words}", *caveats(found, estimate, history, workers)],
+            rule=[" ".join(text.split()) for text in f"{search.__doc__}\n\n{intervals.__doc__}".split("\n\n")],
+            scenarios={"fitted": whole},
+            histories={"fitted": history},
+            about={"sum_of_squares": squares, "degrees_of_freedom": freedom, "fit_report": estimate.report},
             seconds=time.perf_counter() - started,
+            overview=lambda result: _data_and_fit(result.tables["data"]),
+            sections=_sections,
         )
         if out is not None:
-            numbers = {**vars(result), "correlation": result.correlation.to_dict()}
-            numbers["times"] = {"wall_time": numbers.pop("seconds")}
-            report(result, name).write(Path(out), numbers, result.data)
-            save_text(Path(out) / "scenario.toml", result.scenario.to_toml())
+            result.save(out)
+            save_text(Path(out) / "scenario.toml", whole.to_toml())
     return result
 
 
 def _keys(problem: Problem, estimate: Estimate) -> pd.DataFrame:
     """Return a row for each key: start, value, interval."""
-    columns, rows = ["key", "unit", "start", "value", "low", "high", "interval"], []
+    columns, rows = ["key", "unit", "start", "value", "low", "high", "half_width", "verdict", "meaning"], []
     for p, u, interval in zip(problem.parameters, estimate.solution.u, estimate.intervals, strict=True):
         numbers = [p.start, *(p.value(x) for x in (u, interval.low, interval.high))]
-        rows += [[key, p.unit, *numbers, interval.kind] for key in p.keys]
+        half = 0.5 * (numbers[3] - numbers[2])
+        rows += [[key, p.unit, *numbers, half, interval.kind, label_of(key)] for key in p.keys]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -182,62 +155,21 @@ def _starts(found: SearchResult) -> pd.DataFrame:
     return table.assign(sum_of_squares=[solution.squares for solution in found.solutions])
 
 
-# --- report
+# --- page
 
 
-def lines(result: FitResult) -> list[str]:
-    """Return what a fit found in lines, for a terminal."""
-    found = []
-    for row in result.keys.itertuples():
-        known = row.interval != "no effect"
-        interval = f"  95 %: {row.low:.5g} to {row.high:.5g} ({row.interval})" if known else ""
-        found.append(f"{row.key:28} {row.value:.6g} {shown_unit(row.unit)}{interval}")
-    return [*found, *result.fit_report.splitlines(), *result.warnings]
-
-
-def _squares(result: FitResult) -> str:
-    return f"{result.sum_of_squares:.4g} on {result.degrees_of_freedom} degrees of freedom"
-
-
-def report(result: FitResult, name: str = "scenario") -> Report:
-    """Return the report: keys with their intervals, data and fit, residuals, correlations, starts."""
-    name = Path(name).name
-    starts = result.starts.rename(columns={"sum_of_squares": "sum of squares"})
-    of_starts = "Where each began and ended, and the sum of squares there, over the deviations of the result."
-    correlation = result.correlation.rename_axis("key").reset_index()
-    of_lmfit = Table(["lmfit"], [[Cell(line.strip(), "code")] for line in result.fit_report.splitlines()])
-    method = f"{search.__doc__}\n\n{intervals.__doc__}".split("\n\n")
-    return Report(
-        "Fit of a scenario to measured data",
-        f"Keys of {name}, found from {len(result.data)} measured values by least squares.",
-        result.seconds,
-        facts=[("sum of squares", _squares(result))],
-        overview=[_table_of_keys(result.keys), *(Text(f"{warning}.") for warning in result.warnings)],
-        sections=[
-            Section("Data and fit", _data_and_fit(result.data)),
-            Section("Correlation", [_as_it_is(correlation, "Of logarithms where keys are positive.", 3)]),
-            *section_of_parameters({name: result.scenario}, "The fitted scenario."),
-            Section("Report of lmfit", [of_lmfit], opened=False),
-            Section("Starts", [_as_it_is(starts, of_starts)]),
-            Section("How it is found", [Text(" ".join(paragraph.split())) for paragraph in method]),
-        ],
-    )
-
-
-def _table_of_keys(keys: pd.DataFrame) -> Table:
-    """Return the table of values and intervals, in the digits that the intervals leave."""
-    kinds, rows = {"Jacobian": "pass", "profile": "partly", "no effect": "fail"}, []
-    for row in keys.itertuples():
-        numbers = [number_within(v, 0.5 * (row.high - row.low)) for v in (row.value, row.low, row.high)]
-        names = [label_of(row.key), Cell(row.key, "code"), shown_unit(row.unit), row.start]
-        rows.append([*names, *(Cell(n, "number") for n in numbers), Cell(row.interval, kinds[row.interval])])
-    columns = ["parameter", "key", "unit", "start", "value", "from", "to", "interval by"]
-    return Table(columns, rows, "Values with their 95 % intervals; an end that is infinite, or 0, is open.", (0,))
-
-
-def _as_it_is(frame: pd.DataFrame, caption: str, digits: int = 6) -> Table:
-    """Return the table of a frame whose columns are keys."""
-    return Table.of_frame(frame, caption, digits, columns={name: name for name in frame})
+def _sections(result: Result) -> Iterator[Section]:
+    """Yield correlations, the report of lmfit, and the starts."""
+    lines = [[Cell(line.strip(), "code")] for line in str(result.about["fit_report"]).splitlines()]
+    correlation = result.tables["correlation"].rename_axis("key")
+    columns = {str(name): Column(str(name), 3, code=True) for name in ("key", *correlation)}
+    words = "Of logarithms where keys are positive."
+    yield Section("Correlation", [Table.of_frame(correlation, words, columns)])
+    yield Section("Report of lmfit", [Table(["lmfit"], lines)], opened=False)
+    starts = result.tables["starts"]
+    words = "Where each began and ended, and the sum of squares there, over the deviations of the result."
+    columns = {str(name): Column(str(name).replace("sum_of", "sum of")) for name in starts}
+    yield Section("Starts", [Table.of_frame(starts, words, columns)])
 
 
 def _data_and_fit(data: pd.DataFrame) -> list[Block]:

@@ -224,8 +224,8 @@ def _unpredictable(problem: Problem, history: History, workers: int | None) -> l
     scenario = history.scenario
     if not history.macro_collisions or scenario is None:
         return []
-    case = judge(scenario, run_study(perturbed_runs(scenario, count=2), workers=workers))
-    turn = float(case.frame["initial.angle"].max()) - scenario.initial.angle
+    frame = run_study(perturbed_runs(scenario, count=2), workers=workers)
+    case, turn = judge(scenario, frame), float(frame["initial.angle"].max()) - scenario.initial.angle
     try:
         turned = simulate(scenario.replace(initial__angle=scenario.initial.angle + turn))
         moved = np.abs(problem.measured.predict(turned) - problem.measured.predict(history)) / problem.deviations
