@@ -25,8 +25,8 @@ from oblique_impact.files import cannot_write, writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import sides
 from oblique_impact.progress import OnProgress, Progress, silent
-from oblique_impact.renders.files import made_by, warnings_of
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.picture_files import made_by, warnings_of
 from oblique_impact.renders.scenery import block, pin
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import Style

@@ -21,7 +21,7 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.contact_map import closed_samples
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
-from oblique_impact.renders.player.charts import PageChart, page_charts
+from oblique_impact.renders.player.page_charts import PageChart, page_charts
 from oblique_impact.renders.player.selection import evenly, frames
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, Colour

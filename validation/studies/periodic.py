@@ -20,7 +20,7 @@ from oblique_impact.history.history import History
 from oblique_impact.progress import Status
 from oblique_impact.scenario.messages import one_of, refused
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.section import InputSection
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.quantities import VARIABLES
 
@@ -35,7 +35,7 @@ _CLEARLY = 100.0
 MotionState = History | tuple[np.ndarray, np.ndarray]
 
 
-class PeriodicSection(Section):
+class PeriodicSection(InputSection):
     """How a steady state is sought, and continued along the last axis of a sweep; periods are those of the base.
 
     `directions` of the sweep: "up" begins with the first value of that axis and takes each next one from the state

@@ -31,10 +31,15 @@ from oblique_impact.validation.report import (
     with_unit,
 )
 from oblique_impact.validation.report.parameters import parameters as section_of_parameters
-from oblique_impact.validation.studies.fitting import intervals, search
+from oblique_impact.validation.studies.fitting import intervals, least_squares
 from oblique_impact.validation.studies.fitting.intervals import Estimate, caveats, find_intervals
+from oblique_impact.validation.studies.fitting.least_squares import (
+    FitProblem,
+    SearchResult,
+    find_keys,
+    parameters_of,
+)
 from oblique_impact.validation.studies.fitting.measured import read_measured
-from oblique_impact.validation.studies.fitting.search import Problem, SearchResult, find_keys, parameters_of
 
 STARTS, MOST_STARTS = 4, 100
 #: series that the report draws at most, and values of the whole run that it lists
@@ -138,7 +143,7 @@ def fit(
     if measured.table["time"].notna().all():  # of series the rest of the run is not needed
         base = base.replace(end_time=float(measured.table["time"].max()))
     with writing(out):
-        problem = Problem(base, parameters, measured, measured.first_deviations())
+        problem = FitProblem(base, parameters, measured, measured.first_deviations())
         found = find_keys(problem, starts, workers, on_progress)
         estimate = find_intervals(found.problem, found.solutions[found.best], workers, on_progress)
         found.solutions[found.best] = estimate.solution
@@ -164,7 +169,7 @@ def fit(
     return result
 
 
-def _keys(problem: Problem, estimate: Estimate) -> pd.DataFrame:
+def _keys(problem: FitProblem, estimate: Estimate) -> pd.DataFrame:
     """Return a row for each key: start, value, interval."""
     columns, rows = ["key", "unit", "start", "value", "low", "high", "interval"], []
     for p, u, interval in zip(problem.parameters, estimate.solution.u, estimate.intervals, strict=True):
@@ -206,7 +211,7 @@ def report(result: FitResult, name: str = "scenario") -> Report:
     of_starts = "Where each began and ended, and the sum of squares there, over the deviations of the result."
     correlation = result.correlation.rename_axis("key").reset_index()
     of_lmfit = Table(["lmfit"], [[Cell(line.strip(), "code")] for line in result.fit_report.splitlines()])
-    method = f"{search.__doc__}\n\n{intervals.__doc__}".split("\n\n")
+    method = f"{least_squares.__doc__}\n\n{intervals.__doc__}".split("\n\n")
     return Report(
         "Fit of a scenario to measured data",
         f"Keys of {name}, found from {len(result.data)} measured values by least squares.",
