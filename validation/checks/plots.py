@@ -99,7 +99,7 @@ def impulse_law_figure(curves: Mapping[str, tuple[Array, Array]], exact: tuple[A
         for (name, (t, y)), colour in zip(curves.items(), SERIES, strict=False):
             axes.plot(1e3 * t, y, color=colour, linewidth=1.0, label=name)
         axes.plot(1e3 * exact[0], exact[1], color="black", linewidth=1.2, linestyle="--", label="exact series")
-        axes.set(xlabel="time after the touch (ms)", ylabel="impulse (N s)", xlim=(0.0, 2.05), ylim=(0.0, None))
+        axes.set(xlabel="time after the touch (ms)", ylabel="impulse (N s)", xlim=(0.0, 2.0), ylim=(0.0, None))
         axes.legend(loc="lower right")
     return result
 
