@@ -145,9 +145,7 @@ class Story:
         if self.factor == 1.0:
             return [thicker] if thicker else []
         brief = f"deflection drawn ×{self.factor:g}"
-        first = self.geometries[0]
-        about = f"about the line from {first.inner_point} to {first.outer_point}"
-        choices = (f"{brief} {about}", brief, f"×{self.factor:g}")
+        choices = (self.geometries[0].deflection_words(self.factor), brief, f"×{self.factor:g}")
         return [f"{choice}, {thicker}" if thicker else choice for choice in choices]
 
     @cached_property

@@ -101,7 +101,6 @@ def content_of(story: Story, number: int = 0) -> Content:
         "film": film,
         "state": state,
         "axis": axes,
-        "contact": axes[:, touch],
         "place": axis_places,
         "offset": faces - axis_places,
         "arrow": arrow,
@@ -111,7 +110,6 @@ def content_of(story: Story, number: int = 0) -> Content:
         "rate": rate,
         **_colours(geometry, samples, scales),
     }
-    events = _events(story, times[samples])
     ramp, stations = mpl.colormaps[COLOUR_MAP], geometry.stations
     facts = {
         "touch": touch,
@@ -146,14 +144,21 @@ def content_of(story: Story, number: int = 0) -> Content:
         # earlier positions, each with the first frame that shows it, a little later
         "ghosts": np.searchsorted(path, [ghosts, ghosts + 0.25 * _GHOST * length]).T.tolist(),
         "inset": _inset(geometry),
-        "events": [(event["number"], event["frame"]) for event in events],
     }
     changes = np.flatnonzero(np.diff(state, prepend=255, append=255))
     at = 100.0 * np.append(film, film[-1]) / (film[-1] or 1.0)
     strip = [(State(int(state[a])).name, at[a], at[b] - at[a]) for a, b in pairwise(changes.tolist())]
     texts = _texts(geometry, samples, charts) | {"touched_text": _touched(zones)}
     return Content(
-        facts, arrays, texts, charts, scales, strip, _marks(story), events, _contacts(geometry, times[samples])
+        facts,
+        arrays,
+        texts,
+        charts,
+        scales,
+        strip,
+        _marks(story),
+        _events(story, times[samples]),
+        _contacts(geometry, times[samples]),
     )
 
 
@@ -262,9 +267,7 @@ def _factor(
 ) -> dict[str, Any]:
     """Return a deformation factor, what the page says of it, and left, right, low and high (m) of what is seen."""
     length, hub = geometry.scenario.beam.length, geometry.scenario.root.hub_radius
-    stations, touch = geometry.stations, geometry.touch
-    chord = axes[:, :1] + (stations / stations[touch])[:, None] * (axes[:, touch, None] - axes[:, :1])
-    drawn = chord + factor * (axes - chord)
+    drawn = geometry.magnify(axes, factor)
     room = 2.0 * np.maximum(geometry.radii, geometry.mass_radius)[:, None]
     places = np.concatenate([*(drawn - room), *(drawn + room), tails, *(o.outline for o in obstacles)])
     places = np.ascontiguousarray(places.T)  # (2, places): reduced many times as fast as its transpose
@@ -272,13 +275,10 @@ def _factor(
     pin = PIN * length
     root = np.array([(-2.0 * pin, 2.0 * pin, -hub, hub), (-2.6 * pin, pin, -hub, hub)])
     (left, low), (right, high) = (ends(np.hstack([places, root]), axis=1) for ends in (np.min, np.max))
-    inner = geometry.inner_point
-    about = f"{inner}–tip chord" if touch == stations.size - 1 else f"chord from the {inner} to the contact point"
-    true = factor == 1.0
     return {
         "factor": factor,
-        "label": "true" if true else f"×{factor:g}",
-        "note": "deflection drawn true to scale" if true else f"deflection drawn ×{factor:g} about the {about}",
+        "label": "true" if factor == 1.0 else f"×{factor:g}",
+        "note": geometry.deflection_words(factor),
         "bounds": [float(left), float(right), float(low), float(high)],
     }
 
