@@ -9,7 +9,7 @@ import zlib
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any, get_args
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -23,8 +23,8 @@ from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.player.page_charts import PageChart, page_charts
 from oblique_impact.renders.player.selection import evenly, frames
-from oblique_impact.renders.story import ColourScale, Story, colour_scale
-from oblique_impact.renders.style import COLOUR_MAP, Colour
+from oblique_impact.renders.story import ColourScale, Story
+from oblique_impact.renders.style import COLOUR_MAP
 from oblique_impact.renders.surroundings import DrawnObstacle, drawn_obstacles
 from oblique_impact.renders.timeline import rate_text
 
@@ -86,7 +86,6 @@ def content_of(story: Story, number: int = 0) -> Content:
     samples, length, touch = frames(history, course), scenario.beam.length, geometry.touch
     state, charts = history["state"].values.astype("u1")[samples], page_charts(story) if number == 0 else []
     film = course.film_at(times[samples])
-    scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
     out = _OUT * (length + scenario.root.hub_radius)
     axes = np.clip(np.nan_to_num(geometry.stations_at(samples)), -out, out)
     steps = np.linalg.norm(np.diff(axes[:, touch], axis=0), axis=1)
@@ -108,7 +107,7 @@ def content_of(story: Story, number: int = 0) -> Content:
         "close": np.array([geometry.close_contact(k) for k in samples]),
         "trace": np.searchsorted(path, path - _TRACE * length),
         "rate": rate,
-        **_colours(geometry, samples, scales),
+        **_colours(geometry, samples, story.scales),
     }
     ramp, stations = mpl.colormaps[COLOUR_MAP], geometry.stations
     facts = {
@@ -154,7 +153,7 @@ def content_of(story: Story, number: int = 0) -> Content:
         arrays,
         texts,
         charts,
-        scales,
+        story.scales,
         strip,
         _marks(story),
         _events(story, times[samples]),
