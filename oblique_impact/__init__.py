@@ -8,6 +8,7 @@
 `History`              labelled samples, event log, summary; `save` and `load`
 `scenario_schema`      the JSON Schema of scenario files, for editors
 `simulate_system`      run a small user-defined system through the same contact states
+`EventScheme`, ...     the built-in schemes, for these
 
 Checks, comparisons and studies are in `oblique_impact.validation`, pictures and exports in
 `oblique_impact.renders`.

@@ -6,6 +6,11 @@ from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
 from oblique_impact.errors import FileWarning, InputError, Interrupted, Outcome, SimulationWarning
 from oblique_impact.history.history import History
 from oblique_impact.kernels.system import MechanicalSystem
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.marching.scheme import Scheme
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Progress
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import scenario_schema
@@ -14,8 +19,11 @@ from oblique_impact.simulation import simulate, simulate_system
 
 __all__ = [
     "BuiltinCase",
+    "EventScheme",
     "FileWarning",
+    "FixedStepScheme",
     "Frequencies",
+    "GeneralizedAlphaScheme",
     "History",
     "InputError",
     "Interrupted",
@@ -23,7 +31,9 @@ __all__ = [
     "Outcome",
     "Progress",
     "Scenario",
+    "Scheme",
     "SimulationWarning",
+    "TimeSteppingScheme",
     "builtin_cases",
     "natural_frequencies",
     "scenario_schema",

@@ -17,21 +17,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oblique_impact.renders.campbell import campbell_diagram as campbell_diagram
-    from oblique_impact.renders.command import Rendered as Rendered
-    from oblique_impact.renders.command import render as render
     from oblique_impact.renders.contact_map import draw_contact_map as draw_contact_map
     from oblique_impact.renders.exports import Exported as Exported
     from oblique_impact.renders.exports import beam_mesh as beam_mesh
     from oblique_impact.renders.exports import export as export
     from oblique_impact.renders.overview import overview_figure as overview_figure
     from oblique_impact.renders.panels import envelope as envelope
+    from oblique_impact.renders.rendering import Rendered as Rendered
+    from oblique_impact.renders.rendering import render as render
     from oblique_impact.renders.style import Style as Style
     from oblique_impact.renders.viewer import show as show
 
 # PyVista takes a second to load: a command that draws nothing does not wait for it
 _MODULES = {
     "Exported": "exports",
-    "Rendered": "command",
+    "Rendered": "rendering",
     "Style": "style",
     "beam_mesh": "exports",
     "campbell_diagram": "campbell",
@@ -39,7 +39,7 @@ _MODULES = {
     "envelope": "panels",
     "export": "exports",
     "overview_figure": "overview",
-    "render": "command",
+    "render": "rendering",
     "show": "viewer",
 }
 __all__ = [*_MODULES]

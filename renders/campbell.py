@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.errors import InputError
-from oblique_impact.renders.files import save_figure
+from oblique_impact.renders.picture_files import save_figure
 from oblique_impact.renders.style import GREY, SERIES, figure_style
 from oblique_impact.scenario.scenario import Scenario
 

@@ -25,12 +25,12 @@ from oblique_impact.files import cannot_write, writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import sides
 from oblique_impact.progress import OnProgress, Progress, silent
-from oblique_impact.renders.files import made_by, warnings_of
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.picture_files import made_by, warnings_of
 from oblique_impact.renders.scenery import block, pin
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import Style
-from oblique_impact.renders.timeline import time_map
+from oblique_impact.renders.timeline import TimeMap, time_map
 from oblique_impact.scenario.messages import one_of
 
 Integers = NDArray[np.int64]
@@ -135,8 +135,8 @@ def export(
     """
     require_history(history, "export")
     target, format = _target(Path(out), format)
-    samples = chosen_samples(history, 1 if format == "csv" and every is None else every, between)
     story = story_of([history], Style(deformation=deformation))
+    samples = chosen_samples(history, 1 if format == "csv" and every is None else every, between, story.time_map)
     frames = _frames(story, samples, on_progress)
     try:
         with writing_file(target), tempfile.TemporaryDirectory(prefix=".export.", dir=target.parent) as name:
@@ -186,9 +186,12 @@ def _target(out: Path, format: str | None) -> tuple[Path, Format]:
 
 
 def chosen_samples(
-    history: History, every: int | None = None, between: tuple[float, float] | None = None
+    history: History,
+    every: int | None = None,
+    between: tuple[float, float] | None = None,
+    course: TimeMap | None = None,
 ) -> Integers:
-    """Return the numbers of the samples that become frames, ascending; see `export`.
+    """Return the numbers of the samples that become frames, ascending, of its film's `course`; see `export`.
 
     Samples whose shape is not finite (the last ones of a run that diverged) are left out.  Raises InputError if no
     sample is left.
@@ -215,7 +218,7 @@ def chosen_samples(
     elif left.size <= FRAMES:
         chosen[left] = True
     else:
-        film = time_map(history).film_at(time[left])
+        film = (course or time_map(history)).film_at(time[left])
         chosen[left[np.searchsorted(film, np.linspace(film[0], film[-1], FRAMES))]] = True
     return np.flatnonzero(wanted & chosen)
 

@@ -20,8 +20,8 @@ from PIL.PngImagePlugin import PngInfo
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import save_whole
-from oblique_impact.renders.files import comment
 from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.picture_files import comment
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.timeline import Timeline
 

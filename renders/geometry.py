@@ -145,10 +145,8 @@ class BeamGeometry:
         """
         if self.anywhere:
             return 1.0
-        x, y = self.stations + self.values("ux"), self.values("uy")
-        part = self.stations / self.stations[self.touch]
-        dx, dy = (v - v[:, :1] - part * (v[:, self.touch, None] - v[:, :1]) for v in (x, y))
-        largest = float(np.nanmax(np.hypot(dx, dy), initial=0.0))
+        axes = np.stack([self.stations + self.values("ux"), self.values("uy")], axis=-1)
+        largest = float(np.nanmax(np.linalg.norm(axes - self.chord(axes), axis=-1), initial=0.0))
         wanted = _VISIBLE * self.scenario.beam.length / max(largest, 1e-300)
         return max(f for f in _FACTORS if f <= max(wanted, 1.0))
 
@@ -204,7 +202,7 @@ class BeamGeometry:
 
     @property
     def outer_point(self) -> str:
-        """Name of the far end of the chord, the line from the root about which deflections are magnified."""
+        """Name of the far end of the chord."""
         at_tip = self.touch == self.stations.size - 1
         return "tip" if at_tip and not self.scenario.contact.enabled else "contact point"
 
@@ -217,6 +215,12 @@ class BeamGeometry:
     def inner_point(self) -> str:
         """Name of the near end of the chord."""
         return "root" if self.scenario.root.kind == "driven" else "pin"
+
+    def deflection_words(self, factor: float) -> str:
+        """Return in words how deflections are drawn that are magnified by a factor."""
+        if factor == 1.0:
+            return "deflection drawn true to scale"
+        return f"deflection drawn ×{factor:g} about the line from {self.inner_point} to {self.outer_point}"
 
     @cached_property
     def anywhere(self) -> bool:
@@ -379,11 +383,19 @@ class BeamGeometry:
 
     def centreline(self, k: float) -> Array:
         """Return the drawn axis at sample k, (stations, 3)."""
-        axis = self.stations_at(k)
-        if self.factor != 1.0:
-            chord = axis[0] + (self.stations / self.stations[self.touch])[:, None] * (axis[self.touch] - axis[0])
-            axis = chord + self.factor * (axis - chord)
-        return np.insert(axis, 2, 0.0, axis=1)
+        return np.insert(self.magnify(self.stations_at(k), self.factor), 2, 0.0, axis=1)
+
+    def chord(self, axes: Array) -> Array:
+        """Return the stations on the lines through root and contact point of axes, both (..., stations, 2)."""
+        root, touch = axes[..., :1, :], axes[..., self.touch, None, :]
+        return np.asarray(root + (self.stations / self.stations[self.touch])[:, None] * (touch - root))
+
+    def magnify(self, axes: Array, factor: float) -> Array:
+        """Return axes (..., stations, 2) with their deviations from the chord times a factor."""
+        if factor == 1.0:
+            return axes
+        chord = self.chord(axes)
+        return np.asarray(chord + factor * (axes - chord))
 
     # Surface --------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact.history.history import History
 from oblique_impact.renders import panels
-from oblique_impact.renders.files import Drawing, save_figure
+from oblique_impact.renders.picture_files import Drawing, save_figure
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import Style, figure_style
 from oblique_impact.renders.timeline import contact_spans

@@ -179,30 +179,34 @@ def draw_curves(
     shade: str = LIGHT.line,
     pixels: tuple[float, float] | None = None,
     width: float = 1.4,
+    unit: tuple[float, str] | None = None,
 ) -> None:
     """Draw curves over the times of a clock, with `spans` of time (spans, 2) in the colour `shade` behind them.
 
-    Values are in the unit in which they read well.  On axes of some size in `pixels`, in which the clock tells
-    places, what swings faster than they can show is drawn as a band.  Lines have some `width` (points).
+    Values are in the `unit` of this size and prefix, without one in that in which they read well.  On axes of some
+    size in `pixels` what swings faster than they can show is drawn as a band.  Lines have some `width` (points).
     """
-    axes.set_xlim(*clock.at(np.array([clock.first, clock.last])))
+    left, right = clock.at(np.array([clock.first, clock.last])).tolist()
+    axes.set_xlim(left, right)
     for span in spans:
         if span[1] >= clock.first and span[0] <= clock.last:
             axes.axvspan(*clock.at(np.asarray(span)), color=shade, alpha=0.6, linewidth=0)
     shown = [(c, (c.time >= clock.first) & (c.time <= clock.last)) for c in panel.curves]
-    unit, prefix = unit_for([curve.values[inside] for curve, inside in shown])
+    size, prefix = unit or unit_for([curve.values[inside] for curve, inside in shown])
     for curve, inside in shown:
         if not inside.any():
             continue
-        x, y = clock.at(curve.time[inside]), curve.values[inside] / unit
+        x, y = clock.at(curve.time[inside]), curve.values[inside] / size
         if pixels:
-            line = drawn(x, y, float(np.ptp(y)) / pixels[1])
-            x, y = line.x, line.y
+            pixel = (right - left) / pixels[0]
+            line = drawn((x - left) / pixel, y, float(np.ptp(y)) / pixels[1])
+            x, y = left + pixel * line.x, line.y
             for band in line.bands:
-                axes.fill_between(band.x, band.low, band.high, color=curve.colour, alpha=_BAND, linewidth=0.0)
-                # edges, so that bands over each other can be told apart
-                for edge in (band.low, band.high):
-                    axes.plot(band.x, edge, color=curve.colour, alpha=_EDGE, linewidth=0.5 * width)
+                edges = left + pixel * band.x
+                axes.fill_between(edges, band.low, band.high, color=curve.colour, alpha=_BAND, linewidth=0.0)
+                # outlined, so that bands over each other can be told apart
+                for bound in (band.low, band.high):
+                    axes.plot(edges, bound, color=curve.colour, alpha=_EDGE, linewidth=0.5 * width)
         axes.plot(x, y, linestyle=curve.dash, color=curve.colour, linewidth=width, label=curve.label or None)
     axes.set(xlabel=clock.label, ylabel=f"{panel.title} ({prefix}{panel.unit})")
 

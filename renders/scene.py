@@ -127,7 +127,7 @@ class View:
         plotter.set_background(self.theme.background, all_renderers=False)
         solids, planes = self._add_scenery(shown[0], story)
         self._aim(shown, panel.box, solids)
-        self.beams = [Beam(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
+        self.beams = [BeamActor(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
 
     def add(self, mesh: pv.PolyData, width: float = 1.0, **look: Any) -> Any:
         """Add a mesh; lines are as thick as the letters want."""
@@ -218,7 +218,7 @@ class View:
             self.look_at(geometry.contact_place(k) - np.append(0.5 * geometry.touch_radius * normal, 0.0))
 
 
-class Beam:
+class BeamActor:
     """One beam in a view: its tube, earlier positions, the path of its contact point, the force, shadows."""
 
     def __init__(self, view: View, geometry: BeamGeometry, story: Story, number: int, planes: list[Array]) -> None:
@@ -257,7 +257,7 @@ class Beam:
             view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
         contacts = len(geometry.contact_places(0)) if style.arrow else 0
         touched = np.unique(geometry.values("contact_obstacle")) if style.arrow and geometry.anywhere else ()
-        self._bands = {int(obstacle): Band(view, colour) for obstacle in touched}
+        self._bands = {int(obstacle): ZoneLine(view, colour) for obstacle in touched}
         self._forces = [Force(view, colour) for _ in range(contacts)]
 
     def move(self, time: float) -> None:
@@ -322,7 +322,7 @@ class Beam:
                 actor.position = -4.0 * (age + 1) * deep * self._view.eye
 
 
-class Band:
+class ZoneLine:
     """The zone of contact with one obstacle: a line on the face of the beam that touches it."""
 
     def __init__(self, view: View, colour: str) -> None:

@@ -6,13 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import get_args
 
 import numpy as np
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
-from oblique_impact.renders.style import Style
+from oblique_impact.renders.style import Colour, Style
 from oblique_impact.renders.surroundings import DrawnObstacle, Ground, drawn_obstacles, ground_of, looked_at
 from oblique_impact.renders.timeline import TimeMap, time_map
 from oblique_impact.renders.title import beam_words, name_of
@@ -118,6 +119,11 @@ class Story:
         return colour_scale(self.geometries, self.style.quantity)
 
     @cached_property
+    def scales(self) -> dict[str, ColourScale]:
+        """The scales of all results, for a page, on which each can be chosen."""
+        return {name: colour_scale(self.geometries, name) for name in get_args(Colour)}
+
+    @cached_property
     def obstacles(self) -> list[DrawnObstacle]:
         """Outlines of slope and obstacles of the first run."""
         return drawn_obstacles(self.geometries[0])
@@ -145,9 +151,7 @@ class Story:
         if self.factor == 1.0:
             return [thicker] if thicker else []
         brief = f"deflection drawn ×{self.factor:g}"
-        first = self.geometries[0]
-        about = f"about the line from {first.inner_point} to {first.outer_point}"
-        choices = (f"{brief} {about}", brief, f"×{self.factor:g}")
+        choices = (self.geometries[0].deflection_words(self.factor), brief, f"×{self.factor:g}")
         return [f"{choice}, {thicker}" if thicker else choice for choice in choices]
 
     @cached_property

@@ -271,7 +271,8 @@ class _Frame:
             "shear": -np.imag(fields.tangent.conj() * force),
             "axial_force": np.real(np.exp(-1j * theta) * force),
         }
-        inside, outside = (self._of_loads(part, x) for x in (self.beam.points.ravel(), self.stations.x))
+        tangents = fields.tangent.reshape(samples, -1)
+        inside, outside = (self._of_loads(part, x, tangents) for x in (self.beam.points.ravel(), self.stations.x))
         found = {name: np.empty((samples, self.stations.x.size)) for name in by_name}
         loaded = [self._loaded(*each) for each in zip(self.states[part], self.places[part], strict=True)]
         for elements in set(loaded):
@@ -296,11 +297,13 @@ class _Frame:
             self._recoveries[without] = recovery(self.beam, self.stations.x, without)
         return self._recoveries[without]
 
-    def _of_loads(self, part: slice, x: Array) -> dict[str, Array]:
-        """Return what contact forces add at places x (m) between them and the root."""
-        beam, theta = self.beam, self.frame[0][part]
+    def _of_loads(self, part: slice, x: Array, tangents: Complex) -> dict[str, Array]:
+        """Return what contact forces add at places x (m) between them and the root.
+
+        `tangents` (samples, points) are those of the axis at Gauss's points.
+        """
+        beam, theta, axis = self.beam, self.frame[0][part], _complex(self.q[part])
         found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
-        tangents, axis = beam.fields(self.q[part]).tangent.reshape(len(theta), -1), _complex(self.q[part])
         rows = zip(self.places[part], self.samples.contacts[part], self._end_pushes[part], strict=True)
         for row, contacts in enumerate(rows):
             for place, numbers, push in zip(*contacts, strict=True):

@@ -22,7 +22,7 @@ _PLACED = 1e-15  # of lengths, the last step of Newton's method for a place: a f
 _DEGREE, _HALF_PANEL = 11, 0.5
 
 
-class Axis(NamedTuple):
+class AxisPoint(NamedTuple):
     """The bent axis at a place, in the frame: r = (radius + x + u_x, u_y) (m)."""
 
     u_x: float
@@ -41,10 +41,10 @@ class Shapes(Protocol):
     def bend(self, B: Array, Bd: Array) -> None:
         """Take what the other methods have in common at all places in a state."""
 
-    def bent_axis(self, x: float, B: Array, polynomial: Array) -> Axis:
+    def bent_axis(self, x: float, B: Array, polynomial: Array) -> AxisPoint:
         """Displacements, slope and curvature of the axis at x (m); `polynomial` (12,) is for `take_shapes`."""
 
-    def take_shapes(self, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+    def take_shapes(self, axis: AxisPoint, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
         """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
 
         Returns B'^T H B' and u_y'' of the velocities.
@@ -145,7 +145,7 @@ def _slope_at(s: AxisShapes, polynomial: Array, z: float) -> float:
 
 
 @jitable
-def _bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
+def _bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> AxisPoint:
     """Bend the axis, see `Shapes`."""
     panel = panel_of(s.edges, x)
     a, half = s.edges[panel], 0.5 * (s.edges[panel + 1] - s.edges[panel])
@@ -168,7 +168,7 @@ def _bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
     slope /= half
     if beyond != 0.0:
         bending = 0.0
-    return Axis(
+    return AxisPoint(
         -0.5 * (squared + slope * slope * beyond),
         value + slope * beyond,
         slope,
@@ -223,7 +223,7 @@ class ContactKinematics(NamedTuple):
 
 
 @jitable
-def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, Axis]:
+def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, AxisPoint]:
     """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
 
     Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam; some four steps are usual.  A
@@ -252,7 +252,7 @@ def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Ar
 
 
 @jitable
-def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+def _take_shapes(s: AxisShapes, axis: AxisPoint, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
     """Take shape functions at a place, see `Shapes`."""
     shapes, slopes, HB, polynomial = v.scratch_a, v.scratch_b, v.shortening_product, v.polynomial
     panel, z, n = axis.panel, axis.z, B.shape[0]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.axis import Axis, panel_of
+from oblique_impact.beam.axis import AxisPoint, panel_of
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Vectors
 
@@ -109,7 +109,7 @@ def _bend(s: HermiteShapes, B: Array, Bd: Array) -> None:
 
 
 @jitable
-def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
+def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> AxisPoint:
     """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
     element = panel_of(s.edges, x)
     half = 0.5 * (s.edges[element + 1] - s.edges[element])
@@ -121,11 +121,11 @@ def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> Axis:
     if beyond != 0.0:
         curvature = 0.0
     shortening = 0.5 * (squared + slope * slope * beyond)
-    return Axis(-shortening, _value(p, z) + slope * beyond, slope, curvature, element, z, beyond)
+    return AxisPoint(-shortening, _value(p, z) + slope * beyond, slope, curvature, element, z, beyond)
 
 
 @jitable
-def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
     """Take shape functions at a place, see `oblique_impact.beam.axis.Shapes`."""
     shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
     k, z, bending = axis.panel, axis.z, s.turns[axis.panel]
@@ -155,7 +155,7 @@ def _take_shapes(s: HermiteShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) 
 
 
 @jitable
-def axis_rates(s: HermiteShapes, axis: Axis, B: Array, Bd: Array) -> tuple[float, float, float]:
+def axis_rates(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array) -> tuple[float, float, float]:
     """Rates of displacements and slope at a place of the beam."""
     k, z = axis.panel, axis.z
     half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)

@@ -70,8 +70,8 @@ def render(
 
     A page takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
     """
-    from oblique_impact.renders.command import CHARTS, FILMS
-    from oblique_impact.renders.command import render as draw
+    from oblique_impact.renders.rendering import CHARTS, FILMS
+    from oblique_impact.renders.rendering import render as draw
     from oblique_impact.renders.style import BARE, Style
 
     look: dict[str, Any] = dict(BARE) if bare else {}

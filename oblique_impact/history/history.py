@@ -292,9 +292,10 @@ class History:
         only some were replaced is known by the two.
         """
         whole = self.data if self.scenario is None else self.data.assign(self.section_forces())
+        scenario = self.scenario_toml
         whole = whole.assign_attrs(
             format=FORMAT,
-            scenario=self.scenario_toml,
+            scenario=scenario,
             events=json.dumps([event_row(event, self._event_columns) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
@@ -309,7 +310,7 @@ class History:
         netcdf.write(digest_line(netcdf.getvalue()))
         return {
             "history.nc": netcdf.getvalue(),
-            "scenario.toml": self.scenario_toml.encode(),
+            "scenario.toml": scenario.encode(),
             "events.csv": self.events_csv().encode(),
             "summary.json": _summary_json(self.summary).encode(),
         }

@@ -13,7 +13,7 @@ from typing import Any
 _listeners: list[Callable[[str], None]] = []
 
 
-class Clock:
+class Stopwatch:
     """Measures the time since its start without that in which kernels are compiled or loaded.
 
     Parameters
@@ -33,12 +33,12 @@ class Clock:
 
 
 @contextmanager
-def clock() -> Iterator[Clock]:
+def clock() -> Iterator[Stopwatch]:
     """Measure the time of the block without that in which kernels are compiled or loaded."""
     from numba.core import event
 
     with event.install_listener("numba:compiler_lock", event.TimingListener()) as compiling:
-        yield Clock(compiling)
+        yield Stopwatch(compiling)
 
 
 @contextmanager

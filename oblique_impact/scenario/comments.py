@@ -13,7 +13,7 @@ import tomlkit
 from pydantic import BaseModel
 from tomlkit.items import Array, Comment, Item, Trivia
 
-from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.tables import LARGEST
 from oblique_impact.scenario.units import unit_of
 
@@ -32,7 +32,7 @@ def schemas_of(model: type[BaseModel], prefix: str = "") -> dict[str, dict[str, 
     found: dict[str, dict[str, Any]] = {}
     for name, field in model.model_fields.items():
         inner = field.annotation
-        if isinstance(inner, type) and issubclass(inner, Section):
+        if isinstance(inner, type) and issubclass(inner, InputSection):
             found |= schemas_of(inner, f"{prefix}{name}.")
         else:
             plain = {"unit": "1"} if properties[name].get("type") in _NUMBERS else {}
@@ -40,13 +40,13 @@ def schemas_of(model: type[BaseModel], prefix: str = "") -> dict[str, dict[str, 
     return found
 
 
-def item_models(model: type[BaseModel]) -> dict[str, type[Section]]:
+def item_models(model: type[BaseModel]) -> dict[str, type[InputSection]]:
     """Return the sections of which keys of a model are lists, by the names of these keys."""
     inner = {name: get_args(field.annotation)[:1] for name, field in model.model_fields.items()}
     return {
         name: found[0]
         for name, found in inner.items()
-        if found and isinstance(found[0], type) and issubclass(found[0], Section)
+        if found and isinstance(found[0], type) and issubclass(found[0], InputSection)
     }
 
 
@@ -91,7 +91,7 @@ def listing(model: type[BaseModel], name: str = "") -> list[str]:
     lines, inner = [f"[{name}]"] if name else [], list[str]()
     for key, field in model.model_fields.items():
         kind, path = field.annotation, f"{name}.{key}".lstrip(".")
-        if isinstance(kind, type) and issubclass(kind, Section):
+        if isinstance(kind, type) and issubclass(kind, InputSection):
             inner += ["", *listing(kind, path)]
             continue
         if get_origin(kind) is Literal:

@@ -22,7 +22,7 @@ from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, plain_text, refused, short
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
-from oblique_impact.scenario.section import Section, key
+from oblique_impact.scenario.section import InputSection, key
 from oblique_impact.scenario.sections import (
     BaseSection,
     BeamSection,
@@ -68,7 +68,7 @@ def _with_derived(schema: dict[str, Any]) -> None:
     }
 
 
-class Scenario(Section):
+class Scenario(InputSection):
     """One simulation, in SI units.
 
     Sections and keys are those of the scenario file, with these defaults, which are the paper's case:
@@ -448,10 +448,10 @@ if Scenario.__doc__:  # python -OO leaves none
     Scenario.__doc__ = Scenario.__doc__.replace("{keys}", "\n        ".join(listing(Scenario)))
 
 
-def _sections() -> dict[str, type[Section]]:
+def _sections() -> dict[str, type[InputSection]]:
     """Return the sections of a scenario by their names."""
     found = {name: field.annotation for name, field in Scenario.model_fields.items()}
-    return {name: a for name, a in found.items() if isinstance(a, type) and issubclass(a, Section)}
+    return {name: a for name, a in found.items() if isinstance(a, type) and issubclass(a, InputSection)}
 
 
 def _contact_defaults(

@@ -21,7 +21,7 @@ def key(default: T, meaning: str) -> T:
     return Field(default=default, description=meaning)
 
 
-class Section(BaseModel):
+class InputSection(BaseModel):
     """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity.
 
     Numbers with a dimension declare their unit, ``Annotated[float, Unit("m")]``.  Bad input raises InputError, in
@@ -88,9 +88,9 @@ class Section(BaseModel):
             if name not in self.model_fields_set:
                 continue
             value = getattr(self, name)
-            yield from value.given(f"{prefix}{name}.") if isinstance(value, Section) else [f"{prefix}{name}"]
+            yield from value.given(f"{prefix}{name}.") if isinstance(value, InputSection) else [f"{prefix}{name}"]
             for number, item in enumerate(value if isinstance(value, tuple) else (), start=1):
-                if isinstance(item, Section):
+                if isinstance(item, InputSection):
                     yield from item.given(f"{prefix}{name}.{number}.")
 
     @classmethod
@@ -106,7 +106,7 @@ class Section(BaseModel):
         return self.model_construct(self.model_fields_set, **{**dict(self), **new})
 
 
-def _one_line(error: ValidationError, section: type[Section]) -> str:
+def _one_line(error: ValidationError, section: type[InputSection]) -> str:
     """Put the first error into one line, which begins with the key, of a section."""
     fields = section.model_fields
     first = error.errors()[0]

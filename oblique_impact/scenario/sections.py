@@ -14,7 +14,7 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.obstacles import Side
-from oblique_impact.scenario.section import Section, key
+from oblique_impact.scenario.section import InputSection, key
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, at_x, size_conflict, value_at
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
 from oblique_impact.scenario.units import Unit
@@ -42,7 +42,7 @@ def _first_and_last(extent: tuple[float, ...]) -> tuple[float, ...]:
 Extent = Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False), AfterValidator(_first_and_last)]
 
 
-class CrossSection(Section):
+class CrossSection(InputSection):
     """The cross-section by its shape; sizes are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
     shape: Literal["", "rectangle", "circle", "tube", "i-beam"] = key(
@@ -70,7 +70,7 @@ class CrossSection(Section):
             yield "shape", f"these sizes are not possible: {wrong}"
 
 
-class BeamSection(Section):
+class BeamSection(InputSection):
     """The beam; `area` and `second_moment` are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
     length: Annotated[Positive, Unit("m")] = key(1.0, "length of the undeformed axis")
@@ -122,7 +122,7 @@ class BeamSection(Section):
         return value if self.outer_fibre else math.sqrt(value / math.pi)
 
 
-class RootSection(Section):
+class RootSection(InputSection):
     """The support of the beam at x = 0."""
 
     kind: Literal["pin", "hub", "driven"] = key(
@@ -150,7 +150,7 @@ class RootSection(Section):
         return self.kind == "driven" or self.hub_radius > 0.0
 
 
-class InitialSection(Section):
+class InitialSection(InputSection):
     """The undeformed beam at t = 0."""
 
     angle: Angle = key(math.pi / 4, "angle of the beam from the horizontal")
@@ -163,7 +163,7 @@ def _ascends_in_time(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float
     return rows
 
 
-class BaseSection(Section):
+class BaseSection(InputSection):
     """A base that is shaken: root and obstacles move with it, and all motion is relative to it."""
 
     acceleration: Annotated[Finite, Unit("m/s^2")] = key(
@@ -207,7 +207,7 @@ class BaseSection(Section):
         return -abs(self.acceleration), abs(self.acceleration)
 
 
-class SlopeSection(Section):
+class SlopeSection(InputSection):
     """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
 
     enabled: bool = key(
@@ -227,7 +227,7 @@ class SlopeSection(Section):
         return Side(0, self.origin, self.angle, self.extent, 0.0).offsets
 
 
-class ObstacleSection(Section):
+class ObstacleSection(InputSection):
     """An obstacle besides the slope: a straight side, with or without ends, or a point; any number of them."""
 
     followers = frozenset({"stiffness"})
@@ -255,7 +255,7 @@ class ObstacleSection(Section):
     )
 
 
-class ContactSection(Section):
+class ContactSection(InputSection):
     """The contact between the beam and the slope, at the beam's point `point`, or with all obstacles anywhere."""
 
     followers = frozenset({"point", "grid"})
@@ -336,7 +336,7 @@ class ContactSection(Section):
             yield "surface", f'should be "axis" with contact.point_inertia = "none": {across}'
 
 
-class DiscretizationSection(Section):
+class DiscretizationSection(InputSection):
     """The discretization of the beam."""
 
     method: Literal["modal", "fem", "absolute"] = key(
@@ -411,7 +411,7 @@ class DiscretizationSection(Section):
         return min(self.elements, MAX_GRID) if self.is_nodal or self.method == "absolute" else PARTS
 
 
-class SolverSection(Section):
+class SolverSection(InputSection):
     """The marching scheme, its steps and tolerances."""
 
     scheme: Literal["event", "fixed-step", "generalized-alpha", "time-stepping", "energy-consistent"] = key(

@@ -9,7 +9,7 @@ import zlib
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any, get_args
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -21,10 +21,10 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.contact_map import closed_samples
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
-from oblique_impact.renders.player.charts import PageChart, page_charts
+from oblique_impact.renders.player.page_charts import PageChart, page_charts
 from oblique_impact.renders.player.selection import evenly, frames
-from oblique_impact.renders.story import ColourScale, Story, colour_scale
-from oblique_impact.renders.style import COLOUR_MAP, Colour
+from oblique_impact.renders.story import ColourScale, Story
+from oblique_impact.renders.style import COLOUR_MAP
 from oblique_impact.renders.surroundings import DrawnObstacle, drawn_obstacles
 from oblique_impact.renders.timeline import rate_text
 
@@ -86,7 +86,6 @@ def content_of(story: Story, number: int = 0) -> Content:
     samples, length, touch = frames(history, course), scenario.beam.length, geometry.touch
     state, charts = history["state"].values.astype("u1")[samples], page_charts(story) if number == 0 else []
     film = course.film_at(times[samples])
-    scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
     out = _OUT * (length + scenario.root.hub_radius)
     axes = np.clip(np.nan_to_num(geometry.stations_at(samples)), -out, out)
     steps = np.linalg.norm(np.diff(axes[:, touch], axis=0), axis=1)
@@ -101,7 +100,6 @@ def content_of(story: Story, number: int = 0) -> Content:
         "film": film,
         "state": state,
         "axis": axes,
-        "contact": axes[:, touch],
         "place": axis_places,
         "offset": faces - axis_places,
         "arrow": arrow,
@@ -109,9 +107,8 @@ def content_of(story: Story, number: int = 0) -> Content:
         "close": np.array([geometry.close_contact(k) for k in samples]),
         "trace": np.searchsorted(path, path - _TRACE * length),
         "rate": rate,
-        **_colours(geometry, samples, scales),
+        **_colours(geometry, samples, story.scales),
     }
-    events = _events(story, times[samples])
     ramp, stations = mpl.colormaps[COLOUR_MAP], geometry.stations
     facts = {
         "touch": touch,
@@ -146,14 +143,21 @@ def content_of(story: Story, number: int = 0) -> Content:
         # earlier positions, each with the first frame that shows it, a little later
         "ghosts": np.searchsorted(path, [ghosts, ghosts + 0.25 * _GHOST * length]).T.tolist(),
         "inset": _inset(geometry),
-        "events": [(event["number"], event["frame"]) for event in events],
     }
     changes = np.flatnonzero(np.diff(state, prepend=255, append=255))
     at = 100.0 * np.append(film, film[-1]) / (film[-1] or 1.0)
     strip = [(State(int(state[a])).name, at[a], at[b] - at[a]) for a, b in pairwise(changes.tolist())]
     texts = _texts(geometry, samples, charts) | {"touched_text": _touched(zones)}
     return Content(
-        facts, arrays, texts, charts, scales, strip, _marks(story), events, _contacts(geometry, times[samples])
+        facts,
+        arrays,
+        texts,
+        charts,
+        story.scales,
+        strip,
+        _marks(story),
+        _events(story, times[samples]),
+        _contacts(geometry, times[samples]),
     )
 
 
@@ -262,9 +266,7 @@ def _factor(
 ) -> dict[str, Any]:
     """Return a deformation factor, what the page says of it, and left, right, low and high (m) of what is seen."""
     length, hub = geometry.scenario.beam.length, geometry.scenario.root.hub_radius
-    stations, touch = geometry.stations, geometry.touch
-    chord = axes[:, :1] + (stations / stations[touch])[:, None] * (axes[:, touch, None] - axes[:, :1])
-    drawn = chord + factor * (axes - chord)
+    drawn = geometry.magnify(axes, factor)
     room = 2.0 * np.maximum(geometry.radii, geometry.mass_radius)[:, None]
     places = np.concatenate([*(drawn - room), *(drawn + room), tails, *(o.outline for o in obstacles)])
     places = np.ascontiguousarray(places.T)  # (2, places): reduced many times as fast as its transpose
@@ -272,13 +274,10 @@ def _factor(
     pin = PIN * length
     root = np.array([(-2.0 * pin, 2.0 * pin, -hub, hub), (-2.6 * pin, pin, -hub, hub)])
     (left, low), (right, high) = (ends(np.hstack([places, root]), axis=1) for ends in (np.min, np.max))
-    inner = geometry.inner_point
-    about = f"{inner}–tip chord" if touch == stations.size - 1 else f"chord from the {inner} to the contact point"
-    true = factor == 1.0
     return {
         "factor": factor,
-        "label": "true" if true else f"×{factor:g}",
-        "note": "deflection drawn true to scale" if true else f"deflection drawn ×{factor:g} about the {about}",
+        "label": "true" if factor == 1.0 else f"×{factor:g}",
+        "note": geometry.deflection_words(factor),
         "bounds": [float(left), float(right), float(low), float(high)],
     }
 

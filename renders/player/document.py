@@ -12,9 +12,9 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import save_whole
 from oblique_impact.history.history import History
 from oblique_impact.renders.charts import film_clock
-from oblique_impact.renders.files import made_by, warnings_of
-from oblique_impact.renders.player.charts import variables
+from oblique_impact.renders.picture_files import made_by, warnings_of
 from oblique_impact.renders.player.content import SPEEDS, content_of
+from oblique_impact.renders.player.page_charts import variables
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import DARK, LIGHT
 from oblique_impact.renders.title import model_words

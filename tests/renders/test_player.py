@@ -118,7 +118,7 @@ def test_a_page_has_no_number_that_is_not_finite(run, changes):
     """Of a run that blew up and of one without contact; JSON has no NaN."""
     content = content_of(story_of([run(*changes)]))
     json.loads(content.packed()[0], parse_constant=pytest.fail)
-    for name in ("time", "film", "axis", "contact", "offset", "arrow"):
+    for name in ("time", "film", "axis", "place", "offset", "arrow"):
         assert np.isfinite(content.arrays[name].astype("f4")).all(), name
     assert not any("nan" in chart.svg or "inf" in chart.svg for chart in content.charts)
 
@@ -199,7 +199,7 @@ def test_zoom_factor_colour_and_theme_are_chosen(page, files):
     page.locator("#factor").select_option("10")
     page.locator("#colour").select_option("shear")
     settle(page)
-    assert text(page, "deformation") == "deflection drawn ×10 about the pin–tip chord, zoom ×2.25"
+    assert text(page, "deformation") == "deflection drawn ×10 about the line from pin to contact point, zoom ×2.25"
     assert page.locator(".scale:visible").text_content().startswith("shear (N)")
     page.locator("#zoom-all").click()
     assert now(page, "zoom") == 1

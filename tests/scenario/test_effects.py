@@ -12,7 +12,7 @@ from oblique_impact.scenario.scenario import builtin_names, builtin_text
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.toml import apply_change
 from oblique_impact.validation.studies.design import load_plan
-from oblique_impact.validation.studies.fitting.search import parameters_of
+from oblique_impact.validation.studies.fitting.least_squares import parameters_of
 from tests.refusals import refused_in_one_line
 
 # a beam a little above a steep slope, or above pegs and tables, which it touches at once

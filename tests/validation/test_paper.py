@@ -57,8 +57,10 @@ def test_stays_judged_stick_as_printed_move():
 
 
 def both(*slopes, events=()):
-    """Runs of both schemes and three models in which the slip grows with time."""
+    """Runs of both schemes and three models in which the slip (m) grows with time."""
     runs = [made(events, (FIRST, SECOND), slip=lambda t, k=k: k * t) for k in slopes]
+    for run in runs:
+        run["slip"].attrs["units"] = "m"
     return {"fixed-step": Models(*runs[:3]), "event": Models(*runs[3:])}
 
 

@@ -12,14 +12,14 @@ from oblique_impact import InputError, Progress, Scenario
 from oblique_impact.errors import Interrupted
 from oblique_impact.validation.studies import study
 from oblique_impact.validation.studies.parallel import Crash, compute_each, map_parallel
-from oblique_impact.validation.studies.study import TABLE, Run, reasons, run_study
+from oblique_impact.validation.studies.study import TABLE, StudyRun, reasons, run_study
 from tests.processes import deadly, interrupt, started, wait_for
 
 FALL = Scenario.builtin("paper", ["end_time=0.02", "contact.enabled=false"])
 
 
 def runs(angles=(0.1, 0.2, 0.3), quantities=("theta@end", "tip_y@0.01")):
-    return [Run({"angle": angle}, FALL.replace(initial__angle=angle), quantities) for angle in angles]
+    return [StudyRun({"angle": angle}, FALL.replace(initial__angle=angle), quantities) for angle in angles]
 
 
 def test_a_frame_has_a_row_for_each_run_with_units(tmp_path):
@@ -77,9 +77,9 @@ def test_failures_are_rows_with_their_reason(monkeypatch):
     steep = {"contact__mu_static": 20.0, "contact__mu_kinetic": 20.0, "discretization__frame": "mean-axis"}
     rough = Scenario.builtin("paper").replace(end_time=0.4, discretization__modes=3, **steep)
     every = [
-        Run({"n": 1}, Scenario.builtin("paper").replace(end_time=50.0), ("impulse",)),
-        Run({"n": 2}, None, ("impulse",), "do not fit"),
-        Run({"n": 3}, rough, ("impulse", "first_impact")),
+        StudyRun({"n": 1}, Scenario.builtin("paper").replace(end_time=50.0), ("impulse",)),
+        StudyRun({"n": 2}, None, ("impulse",), "do not fit"),
+        StudyRun({"n": 3}, rough, ("impulse", "first_impact")),
     ]
     frame = run_study(every, workers=1, timeout=0.3)
     assert frame["outcome"].tolist() == ["timeout", "invalid", "painleve"]

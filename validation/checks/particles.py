@@ -9,14 +9,12 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
+from oblique_impact import FixedStepScheme, History, simulate_system
 from oblique_impact.contact.friction import Coulomb, Frictionless
 from oblique_impact.contact.impacts import NewtonImpact, RouthImpact, routh_impulse
 from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.history.history import History
-from oblique_impact.marching.fixed_step import FixedStepScheme
-from oblique_impact.simulation import simulate_system
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
 from oblique_impact.validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import SpinningBeam
 from oblique_impact.history.history import History
+from oblique_impact.renders import panels
 from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.renders.timeline import contact_spans
 from oblique_impact.validation.report import HALF, Picture, picture
-from oblique_impact.validation.runs import column
 
 Array = NDArray[np.float64]
 _MARKERS = "osD^vPX*"
+_PUBLISHED: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "black", "markersize": 4}
 
 
 @contextmanager
@@ -67,52 +69,48 @@ def campbell_figure(beams: Mapping[str, SpinningBeam], points: Sequence[tuple[An
 def spin_up_figure(zeroth: History, first: History, full: History, table: Mapping[float, float]) -> Picture:
     """Tip deflections of the three kinetic orders with the tabulated points."""
     caption = "Spin-up to 6 rad/s in 15 s, three modes: zeroth-order kinetics leave the picture."
+    runs = panels.Runs((first, full, zeroth), ("first order", "full", "zeroth order"))
     with _drawing(caption, 3.6) as (result, axes):
-        for history, name, colour, dash in (
-            (zeroth, "zeroth order", SERIES[4], ":"),
-            (first, "first order", SERIES[0], "-"),
-            (full, "full", SERIES[1], "--"),
-        ):
-            axes.plot(column(history, "time"), column(history, "deflection"), dash, color=colour, label=name)
-        label = "reference (first order)"
-        axes.plot(list(table), list(table.values()), "o", color="black", markersize=3.5, label=label)
-        axes.set(xlabel="time (s)", ylabel="tip deflection (m)", ylim=(-1.0, 0.4), xlim=(0.0, 20.0))
+        deflection = panels.variable(runs, "deflection", "tip deflection")
+        panels.draw_curves(axes, deflection, panels.clock(0.0, 20.0), unit=(1.0, ""))
+        axes.plot(list(table), list(table.values()), label="reference (first order)", **_PUBLISHED)
+        axes.set(ylim=(-1.0, 0.4))
         axes.legend(loc="upper right", ncols=2)
     return result
 
 
-def published_impact_figure(curves: Mapping[str, tuple[Array, Array]], times: Array, exact: Array) -> Picture:
+def published_impact_figure(runs: Mapping[str, History], times: Array, exact: Array) -> Picture:
     """Tip displacement of VPCS SDNL32 with the published points."""
+    names = [f"computed, {name}" for name in runs]
     with _drawing("VPCS SDNL32: impact on a spring of 18 000 N/m, 1 % modal damping.", 3.2) as (result, axes):
-        for (name, (t, y)), colour, dash in zip(curves.items(), SERIES, ("-", "--"), strict=False):
-            axes.plot(1e3 * t, 1e3 * y, dash, color=colour, label=f"computed, {name}")
-        axes.plot(1e3 * times, 1e3 * exact, "o", color="black", markersize=4, label="published")
-        axes.set(xlabel="time (ms)", ylabel="tip displacement (mm)", xlim=(0.0, 13.0))
+        displacement = panels.variable(panels.Runs([*runs.values()], names), "tip_y", "tip displacement")
+        panels.draw_curves(axes, displacement, panels.clock(0.0, 0.013), unit=(1e-3, "m"))
+        axes.plot(1e3 * times, 1e3 * exact, label="published", **_PUBLISHED)
         axes.legend()
     return result
 
 
-def impulse_law_figure(curves: Mapping[str, tuple[Array, Array]], exact: tuple[Array, Array]) -> Picture:
+def impulse_law_figure(meshes: Mapping[str, tuple[Array, Array]], exact: tuple[Array, Array]) -> Picture:
     """Impulse on a held tip against the exact series."""
     caption = "Impulse of a rigid stop that holds the tip: meshes approach the exact law."
+    curves = [
+        panels.Curve(*course, colour, name) for (name, course), colour in zip(meshes.items(), SERIES, strict=False)
+    ]
+    curves.append(panels.Curve(*exact, "black", "exact series", "--"))
     with _drawing(caption, 3.4) as (result, axes):
-        for (name, (t, y)), colour in zip(curves.items(), SERIES, strict=False):
-            axes.plot(1e3 * t, y, color=colour, linewidth=1.0, label=name)
-        axes.plot(1e3 * exact[0], exact[1], color="black", linewidth=1.2, linestyle="--", label="exact series")
-        axes.set(xlabel="time after the touch (ms)", ylabel="impulse (N s)", xlim=(0.0, 2.05), ylim=(0.0, None))
+        clock = panels.clock(0.0, float(exact[0][-1]))
+        panels.draw_curves(axes, panels.Curves("impulse", "N s", curves), clock, width=1.1)
+        axes.set(xlabel="time after the touch (ms)", ylim=(0.0, None))
         axes.legend(loc="lower right")
     return result
 
 
 def energy_figure(history: History) -> Picture:
     """Energies of the paper's case over time."""
-    caption = "Energies of the paper's case (hybrid, two modes): the total falls only in contacts."
+    caption = "Energies of the paper's case (hybrid, two modes): the total falls only in contacts, shaded."
     with _drawing(caption, 3.2) as (result, axes):
-        time = column(history, "time")
-        axes.plot(time, history.total_energy.values, color="black", label="total")
-        for kind, colour in zip(("kinetic", "gravity", "elastic"), SERIES, strict=False):
-            axes.plot(time, column(history, f"energy_{kind}"), color=colour, label=kind, linewidth=1.1)
-        axes.set(xlabel="time (s)", ylabel="energy (J)", xlim=(0.0, float(time[-1])))
+        clock = panels.clock(0.0, float(history["time"][-1]))
+        panels.draw_curves(axes, panels.energy(panels.Runs([history], [""])), clock, contact_spans(history))
         axes.legend(ncols=4, loc="lower left", bbox_to_anchor=(-0.01, 1.0))
     return result
 

@@ -11,11 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from oblique_impact import GeneralizedAlphaScheme, History, Scheme, simulate_system
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.history.history import History
-from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.scheme import Scheme
-from oblique_impact.simulation import simulate_system
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
 from oblique_impact.validation.small_systems import ElasticRod

@@ -137,11 +137,9 @@ def sdnl32_run(method: str) -> History:
 def sdnl32() -> Evidence:
     """Twelve times on both discretizations; the published digits allow 0.05 mm."""
     times, exact = np.arange(1.0, 13.0) * 1e-3, np.array(VALUES["8-SDNL32"])
-    found, curves = [], {}
-    for method in ("modal", "fem"):
-        history = sdnl32_run(method)
-        curves[method] = column(history, "time"), column(history, "tip_y")
-        for k, tip in enumerate(np.interp(times, *curves[method])):
+    found, runs = [], {method: sdnl32_run(method) for method in ("modal", "fem")}
+    for method, history in runs.items():
+        for k, tip in enumerate(np.interp(times, column(history, "time"), column(history, "tip_y"))):
             quantity, name = f"tip displacement at {k + 1} ms, {method}", f"{method}-{k + 1}"
             found.append(Measurement(quantity, tip, exact[k], "m", 5e-5, source("8-SDNL32"), name))
-    return Evidence(found, [published_impact_figure(curves, times, exact)])
+    return Evidence(found, [published_impact_figure(runs, times, exact)])

@@ -22,12 +22,12 @@ from oblique_impact.scenario.effects import idle
 from oblique_impact.scenario.messages import did_you_mean, plain_text, refused, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas, label_of, schema_of, unit_of_key
-from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
 from oblique_impact.validation.studies.periodic import PeriodicSection, require_periodic
 from oblique_impact.validation.studies.quantities import Quantity, default_quantities, quantity
-from oblique_impact.validation.studies.study import Run
+from oblique_impact.validation.studies.study import StudyRun
 
 MAX_RUNS = 100_000
 #: what a sweep of periodic responses is asked for if the user names nothing
@@ -63,7 +63,7 @@ def si_value(key: str, value: Any) -> Any:
         raise refused(key, value, f"should be {error}") from None
 
 
-class AxisSection(Section):
+class AxisSection(InputSection):
     """One direction of a sweep: its keys and their values.
 
     `key`, or `keys` that take the same value, have `values`, or `count` values in a `range`, linear or log spaced;
@@ -160,7 +160,7 @@ class AxisSection(Section):
         return found
 
 
-class HypercubeSection(Section):
+class HypercubeSection(InputSection):
     """A sample of `samples` points of a hypercube, the same ones for the same `seed`."""
 
     samples: Annotated[int, Field(ge=1, le=MAX_RUNS)]
@@ -179,7 +179,7 @@ class HypercubeSection(Section):
         return list(zip(*(axis.spread(p) for axis, p in zip(self.axes, points.T, strict=True)), strict=True))
 
 
-class TableSection(Section):
+class TableSection(InputSection):
     """Rows of values for `keys`."""
 
     keys: Keys
@@ -194,7 +194,7 @@ class TableSection(Section):
         return self
 
 
-class SweepFile(Section):
+class SweepFile(InputSection):
     """A sweep file; all blocks (axes, table, Latin hypercube, Sobol sequence) are combined with each other."""
 
     title: Annotated[str, AfterValidator(plain_text)] = ""
@@ -257,7 +257,7 @@ class Plan:
     #: what changes from run to run
     directions: tuple[AxisSection, ...]
     #: all combinations, the last block changing fastest; "run" counts them from 1
-    runs: tuple[Run, ...] = field(repr=False)
+    runs: tuple[StudyRun, ...] = field(repr=False)
 
     @property
     def grid(self) -> bool:
@@ -270,7 +270,7 @@ class Plan:
         return tuple(quantity(name) for name in self.runs[0].quantities)
 
     @property
-    def impossible(self) -> list[Run]:
+    def impossible(self) -> list[StudyRun]:
         """Runs whose values do not fit together; they become rows that say why."""
         return [run for run in self.runs if run.scenario is None]
 
@@ -362,15 +362,15 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     runs = []
     for number, (values, scenario, fault) in enumerate(made, start=1):
         labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
-        runs.append(Run({"run": number, **labels}, scenario, wanted, fault))
+        runs.append(StudyRun({"run": number, **labels}, scenario, wanted, fault))
     if file.periodic:
         runs = _continued(runs, len(blocks[-1][1]), file.periodic)
     return Plan(file, base, changes, directions, tuple(runs))
 
 
-def _continued(runs: Sequence[Run], count: int, periodic: PeriodicSection) -> list[Run]:
+def _continued(runs: Sequence[StudyRun], count: int, periodic: PeriodicSection) -> list[StudyRun]:
     """Return the runs up and down the last axis, which has `count` values, each going on from the one before."""
-    found = list[Run]()
+    found = list[StudyRun]()
     for first in range(0, len(runs), count):
         for direction in periodic.directions:
             branch = runs[first : first + count]

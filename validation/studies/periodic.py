@@ -26,7 +26,7 @@ from oblique_impact.renders import panels
 from oblique_impact.renders.style import SERIES
 from oblique_impact.scenario.messages import one_of, refused
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.section import InputSection
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.report import Column, Picture, picture
 from oblique_impact.validation.result import Result
@@ -53,7 +53,7 @@ _COLUMNS = {
 MotionState = History | tuple[np.ndarray, np.ndarray]
 
 
-class PeriodicSection(Section):
+class PeriodicSection(InputSection):
     """How a steady state is sought, and continued along the last axis of a sweep; periods are those of the base.
 
     `directions` of the sweep: "up" begins with the first value of that axis and takes each next one from the state

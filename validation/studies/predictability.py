@@ -26,7 +26,7 @@ from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.validation.report import Column, Picture, picture, readable
 from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.parallel import check_limits
-from oblique_impact.validation.studies.study import FAILURES, Run, run_study
+from oblique_impact.validation.studies.study import FAILURES, StudyRun, run_study
 
 Array = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def predictability(
 
 def perturbed_runs(
     scenario: Scenario, perturbations: Sequence[float] = PERTURBATIONS, count: int = 4
-) -> list[Run]:
+) -> list[StudyRun]:
     """Return the runs of a sweep over the initial angle: that of the scenario, then the perturbed ones.
 
     Parameters
@@ -147,14 +147,14 @@ def perturbed_runs(
         raise InputError("contact.enabled = false: without contact there is nothing to predict")
     names = tuple(f"{kind}:{n}" for kind, last in _ASKED.items() for n in range(1, last + 1))
     parts = np.delete(np.linspace(-1.0, 1.0, count + 1), count // 2)
-    scale, runs = min(1.0, 0.5 * closing_turn(scenario) / max(perturbations)), list[Run]()
+    scale, runs = min(1.0, 0.5 * closing_turn(scenario) / max(perturbations)), list[StudyRun]()
     for offset in [0.0, *(scale * np.outer(perturbations, parts)).ravel().tolist()]:
         angle = scenario.initial.angle + offset
         try:
             perturbed = scenario.replace(initial__angle=angle) if offset else scenario
         except InputError:  # below the slope
             continue
-        runs.append(Run({"initial.angle": angle}, perturbed, names))
+        runs.append(StudyRun({"initial.angle": angle}, perturbed, names))
     return runs
 
 

@@ -15,12 +15,12 @@ from pydantic import AfterValidator, Field
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of, plain_text, refused
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.studies.convergence import TOLERANCE
 from oblique_impact.validation.studies.design import Keys, check_keys, read_toml, scenario_beside
 from oblique_impact.validation.studies.quantities import default_quantities, quantity
-from oblique_impact.validation.studies.study import Run
+from oblique_impact.validation.studies.study import StudyRun
 
 #: the run that measures the noise takes this part of the tolerance, within what a scenario allows
 _TIGHTER, _TIGHTEST = 0.1, 1e-13
@@ -150,7 +150,7 @@ class RefinementSeries:
         base = Scenario.from_toml(self.base.to_toml(), list(changes), "") if changes else self.base
         return replace(self, base=base, quantities=tuple(dict.fromkeys(quantities)) or self.quantities)
 
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[StudyRun]:
         """Return the runs: a level each, and the finest once more with a tighter tolerance to measure its noise.
 
         A fixed-step run, or one over tolerances, has no noise.  Raises InputError for what is not possible.
@@ -163,7 +163,7 @@ class RefinementSeries:
             tighter = max(_TIGHTER * finest.solver.tolerance, _TIGHTEST)
             found.append(("noise", self.levels[-1], finest.replace(solver__tolerance=tighter)))
         return [
-            Run({"series": self.name, "axis": label, "level": level}, scenario, self.quantities)
+            StudyRun({"series": self.name, "axis": label, "level": level}, scenario, self.quantities)
             for label, level, scenario in found
         ]
 
@@ -189,7 +189,7 @@ class Study:
 # --- study files
 
 
-class _SeriesKeys(Section):
+class _SeriesKeys(InputSection):
     """What describes a series."""
 
     scenario: str = "paper"

@@ -65,7 +65,7 @@ SAMPLES, STATE = "samples", "state"
 
 
 @dataclass(frozen=True)
-class Run:
+class StudyRun:
     """One run of a study."""
 
     #: entries of its row that tell it from others
@@ -93,7 +93,7 @@ class OutOfTimeError(Exception):
 
 
 def run_study(
-    runs: Sequence[Run],
+    runs: Sequence[StudyRun],
     folder: str | os.PathLike[str] | None = None,
     *,
     scheduler: str | None = None,
@@ -108,7 +108,7 @@ def run_study(
 
     Parameters
     ----------
-    runs : sequence of Run
+    runs : sequence of StudyRun
         With the labels that make them rows.  The last ones begin first: put those that take longest there.
     folder : path, optional
         Where results.parquet is kept, from some seconds after the first run on.  A row is taken from there if
@@ -180,8 +180,8 @@ def _hash(decisive: list[Any]) -> str:
 
 
 def _each(
-    measured: Callable[[Sequence[tuple[Run, MotionState | None]]], Any],
-    runs: Sequence[Run],
+    measured: Callable[[Sequence[tuple[StudyRun, MotionState | None]]], Any],
+    runs: Sequence[StudyRun],
     keys: Sequence[str],
     rows: Mapping[str, Mapping[str, Any]],
     workers: int | None,
@@ -215,7 +215,7 @@ def _state(row: Mapping[str, Any]) -> MotionState | None:
 
 
 def measure_piece(
-    piece: Sequence[tuple[Run, MotionState | None]], histories: bool, timeout: float | None
+    piece: Sequence[tuple[StudyRun, MotionState | None]], histories: bool, timeout: float | None
 ) -> list[tuple[dict[str, Any], dict[str, bytes]]]:
     """Return rows and files of runs, see `measure_run`; one without a state goes on from the one before it."""
     found = list[tuple[dict[str, Any], dict[str, bytes]]]()
@@ -226,7 +226,7 @@ def measure_piece(
 
 
 def measure_run(
-    run: Run, state: MotionState | None, histories: bool, timeout: float | None
+    run: StudyRun, state: MotionState | None, histories: bool, timeout: float | None
 ) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Simulate and measure one run, in whatever process; returns its row and the files of its history, if wanted.
 
@@ -340,7 +340,7 @@ class _Shared(dict[str, str]):
 
 
 def _frame(
-    runs: Sequence[Run], keys: Sequence[str], rows: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]
+    runs: Sequence[StudyRun], keys: Sequence[str], rows: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]
 ) -> pd.DataFrame:
     """Return the rows that are there, in the order of the runs, with units and meanings."""
     there = [{**rows[key], **run.labels, "key": key} for run, key in zip(runs, keys, strict=True) if key in rows]

@@ -7,6 +7,7 @@ const show = { place: 0, playing: false, last: 0, asked: false, held: false, spe
 const root = document.documentElement;
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 const all = (selector) => [...document.querySelectorAll(selector)];
+const events = all("#events button").map(({ dataset }) => [Number(dataset.number), Number(dataset.frame)]);
 
 // Time -----------------------------------------------------------------------------------------------------------
 
@@ -67,7 +68,7 @@ function step(frames) {
 /** The event after or before the present frame. */
 function stepEvent(direction) {
   setPlaying(false);
-  const frames = facts.events.map(([, frame]) => frame), here = show.place;
+  const frames = events.map(([, frame]) => frame), here = show.place;
   goTo(direction > 0 ? frames.find((frame) => frame > here) ?? LAST : frames.findLast((frame) => frame < here) ?? 0);
 }
 
@@ -76,7 +77,7 @@ function connectChart(chart) {
   const go = ({ clientX, clientY }, pressed) => {
     const { left, bottom, width } = chart.getBoundingClientRect(), film = (FILM * (clientX - left)) / width;
     const away = ([, frame]) => (Math.abs(run.film[frame] - film) * width) / FILM;
-    const near = pressed && clientY > bottom - NEAR && facts.events.filter((event) => away(event) <= NEAR);
+    const near = pressed && clientY > bottom - NEAR && events.filter((event) => away(event) <= NEAR);
     if (near?.length) step(near.toSorted((a, b) => away(a) - away(b))[0][1] - show.place);
     else seekFilm(film);
   };
@@ -220,7 +221,7 @@ function followFragment() {
   if (wanted.has("embed") && !root.classList.contains("embed")) setEmbedded();
   if (["light", "dark", "auto"].includes(theme)) setTheme(theme);
   if (`${wanted.get("colour")}_lower` in run) setResult(wanted.get("colour"));
-  const event = facts.events.find(([number]) => number >= parseInt(wanted.get("event"), 10)); // of very many some are listed
+  const event = events.find(([number]) => number >= parseInt(wanted.get("event"), 10)); // of very many some are listed
   if (wanted.has("t")) seek(parseFloat(wanted.get("t")) || 0);
   else if (event) goTo(event[1]);
   if (wanted.has("play") && !calm.matches) setPlaying(true);

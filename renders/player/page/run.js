@@ -43,16 +43,16 @@ function mix(values, place, columns = 1, n = 0) {
   return u ? a + u * (values[(k + 1) * columns + n] - a) : a;
 }
 
-const pair = (values, place) => [mix(values, place, 2, 0), mix(values, place, 2, 1)];
+/** (x, y) of the axis at station `j`. */
+const onAxis = (place, j) => [0, 1].map((n) => mix(run.axis, place, 2 * STATIONS, 2 * j + n));
 /** (x, y) of one contact. */
 const ofContact = (values, place, i) => [0, 1].map((n) => mix(values, place, 2 * facts.contacts, 2 * i + n));
 const stateAt = (place) => run.state[Math.floor(place)];
 
 /** The axis, (x, y) at the stations: its deviation from the straight line through root and contact point times `factor`. */
 function axisAt(place, factor) {
-  const at = (j) => [mix(run.axis, place, 2 * STATIONS, 2 * j), mix(run.axis, place, 2 * STATIONS, 2 * j + 1)];
-  const root = at(0), contact = at(facts.touch);
-  return facts.stations.map((station, j) => at(j).map((v, n) => {
+  const root = onAxis(place, 0), contact = onAxis(place, facts.touch);
+  return facts.stations.map((station, j) => onAxis(place, j).map((v, n) => {
     const chord = root[n] + (station / facts.stations[facts.touch]) * (contact[n] - root[n]);
     return chord + factor * (v - chord);
   }));

@@ -102,7 +102,7 @@ function drawScenes() {
 }
 
 function drawScene() {
-  const c = begin(scene), view = sceneView();
+  const c = begin(scene), view = sceneView(), beam = edgesOf(view, axisAt(show.place, factor.factor));
   drawObstacles(c, view);
   drawRoot(c, view);
   const gone = facts.ghosts.filter(([, from]) => from <= show.place).slice(-GHOSTS);
@@ -112,20 +112,20 @@ function drawScene() {
     c.fill(beamPath(view, edgesOf(view, axisAt(frame, factor.factor))));
   });
   drawTrace(c, view);
-  drawBeam(c, view, axisAt(show.place, factor.factor));
+  drawBeam(c, view, beam);
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
   if (facts.clamped === null) circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
-  drawZones(c, view, axisAt(show.place, factor.factor));
+  drawZones(c, beam);
   drawForces(c, view, facts.longest_arrow * view.whole, `contact force ${run.force_text[Math.floor(show.place)]}`);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
 
 function drawInset() {
-  const c = begin(inset), view = insetView();
+  const c = begin(inset), view = insetView(), beam = edgesOf(view, axisAt(show.place, 1));
   drawObstacles(c, view);
   drawTrace(c, view);
-  drawBeam(c, view, axisAt(show.place, 1));
-  drawZones(c, view, axisAt(show.place, 1));
+  drawBeam(c, view, beam);
+  drawZones(c, beam);
   const close = closeContact(), axis = ofContact(run.place, show.place, close);
   circle(c, facts.on_axis ? toPixels(view, axis) : touchPlace(view, close), 2.4, colour.edge);
   drawForces(c, view, 0.36 * Math.min(...sizeOf(inset)));
@@ -163,8 +163,8 @@ function beamPath(view, { lower, upper, heading, end }) {
 }
 
 /** The beam in the colours of the result, from the lower fibre to the upper one. */
-function drawBeam(c, view, axis) {
-  const edges = edgesOf(view, axis), { lower, upper, heading, end } = edges, path = beamPath(view, edges);
+function drawBeam(c, view, edges) {
+  const { lower, upper, heading, end } = edges, path = beamPath(view, edges);
   const codes = ["lower", "upper"].map((side) => run[`${show.result}_${side}`]);
   const codesAt = (j) => codes.map((code) => mix(code, show.place, STATIONS, j));
   const between = (a, b, part) => a.map((v, n) => v + part * (b[n] - v));
@@ -196,7 +196,7 @@ function shade(c, [p, q, v, u], [low, top], heading, reach) {
 
 /** The last of the path of the contact point, in the colours of the states. */
 function drawTrace(c, view) {
-  const end = Math.floor(show.place), at = (place) => toPixels(view, pair(run.contact, place));
+  const end = Math.floor(show.place), at = (place) => toPixels(view, onAxis(place, facts.touch));
   c.lineWidth = 1.3;
   c.globalAlpha = 0.75;
   for (let k = run.trace[end]; k <= end; k++) {
@@ -266,8 +266,8 @@ function touchPlace(view, i) {
 }
 
 /** The face of the beam from the first to the last place that touches an obstacle, as of the frame before. */
-function drawZones(c, view, axis) {
-  const { lower, upper } = edgesOf(view, axis), frame = Math.floor(show.place), count = facts.zone_sides.length;
+function drawZones(c, { lower, upper }) {
+  const frame = Math.floor(show.place), count = facts.zone_sides.length;
   facts.zone_sides.forEach((side, i) => {
     const [first, last] = [0, 1].map((n) => run.zone[2 * (frame * count + i) + n]);
     if (!(last > first)) return; // one place alone has its force

@@ -19,10 +19,15 @@ from oblique_impact.scenario.schema import label_of
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.report import Block, Cell, Column, Picture, Section, Table, picture, with_unit
 from oblique_impact.validation.result import Result
-from oblique_impact.validation.studies.fitting import intervals, search
+from oblique_impact.validation.studies.fitting import intervals, least_squares
 from oblique_impact.validation.studies.fitting.intervals import Estimate, caveats, find_intervals
+from oblique_impact.validation.studies.fitting.least_squares import (
+    FitProblem,
+    SearchResult,
+    find_keys,
+    parameters_of,
+)
 from oblique_impact.validation.studies.fitting.measured import read_measured
-from oblique_impact.validation.studies.fitting.search import Problem, SearchResult, find_keys, parameters_of
 
 STARTS, MOST_STARTS = 4, 100
 #: series that the report draws at most, and values of the whole run that it lists
@@ -102,7 +107,7 @@ def fit(
     if measured.table["time"].notna().all():  # of series the rest of the run is not needed
         base = base.replace(end_time=float(measured.table["time"].max()))
     with writing(out):
-        problem = Problem(base, parameters, measured, measured.first_deviations())
+        problem = FitProblem(base, parameters, measured, measured.first_deviations())
         found = find_keys(problem, starts, workers, on_progress)
         estimate = find_intervals(found.problem, found.solutions[found.best], workers, on_progress)
         found.solutions[found.best] = estimate.solution
@@ -122,7 +127,9 @@ def fit(
             "Values with their 95 % intervals; an end that is infinite, or 0, is open.",
             tables={"data": fitted, "correlation": estimate.correlation, "starts": _starts(found)},
             remarks=[f"sum of squares {words}", *caveats(found, estimate, history, workers)],
-            rule=[" ".join(text.split()) for text in f"{search.__doc__}\n\n{intervals.__doc__}".split("\n\n")],
+            rule=[
+                " ".join(text.split()) for text in f"{least_squares.__doc__}\n\n{intervals.__doc__}".split("\n\n")
+            ],
             scenarios={"fitted": whole},
             histories={"fitted": history},
             about={"sum_of_squares": squares, "degrees_of_freedom": freedom, "fit_report": estimate.report},
@@ -136,7 +143,7 @@ def fit(
     return result
 
 
-def _keys(problem: Problem, estimate: Estimate) -> pd.DataFrame:
+def _keys(problem: FitProblem, estimate: Estimate) -> pd.DataFrame:
     """Return a row for each key: start, value, interval."""
     columns, rows = ["key", "unit", "start", "value", "low", "high", "half_width", "verdict", "meaning"], []
     for p, u, interval in zip(problem.parameters, estimate.solution.u, estimate.intervals, strict=True):

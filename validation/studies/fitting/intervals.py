@@ -22,8 +22,8 @@ from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress
 from oblique_impact.simulation import compute_history as simulate
+from oblique_impact.validation.studies.fitting.least_squares import FitProblem, Parameter, SearchResult, Solution
 from oblique_impact.validation.studies.fitting.measured import Array
-from oblique_impact.validation.studies.fitting.search import Parameter, Problem, SearchResult, Solution
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.predictability import (
     LARGE,
@@ -70,7 +70,7 @@ class Estimate(NamedTuple):
     report: str
 
 
-def find_intervals(problem: Problem, best: Solution, workers: int | None, on_progress: OnProgress) -> Estimate:
+def find_intervals(problem: FitProblem, best: Solution, workers: int | None, on_progress: OnProgress) -> Estimate:
     """Find intervals and correlations at the least sum of squares; raises InputError if no key has an effect."""
     every, given = range(len(best.u)), problem.measured.has_deviations
     best, found = problem.fit(best.u, every)
@@ -106,7 +106,7 @@ def find_intervals(problem: Problem, best: Solution, workers: int | None, on_pro
     return Estimate(best, intervals, correlation, freedom, _report(problem, best, found))
 
 
-def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Solution, list[int]]:
+def _effective(problem: FitProblem, best: Solution, effects: Array) -> tuple[Solution, list[int]]:
     """Return the solution with keys without effect back at their start, and the numbers of the others."""
     least, free = best.squares, list[int]()
     for k, effect in enumerate(effects):
@@ -122,7 +122,7 @@ def _effective(problem: Problem, best: Solution, effects: Array) -> tuple[Soluti
 
 
 def _profile(
-    problem: Problem, best: Solution, free: list[int], quantile: float, task: tuple[int, Array]
+    problem: FitProblem, best: Solution, free: list[int], quantile: float, task: tuple[int, Array]
 ) -> tuple[float, float]:
     """Return the coordinates where the least sum of squares has grown by t^2, infinite where it does not.
 
@@ -162,7 +162,7 @@ def _profile(
     return best.u[key] + low - _ORIGIN, best.u[key] + high - _ORIGIN
 
 
-def _report(problem: Problem, best: Solution, found: Any) -> str:
+def _report(problem: FitProblem, best: Solution, found: Any) -> str:
     """Return lmfit's report of the keys in place of their coordinates."""
     from lmfit import fit_report
 
@@ -219,7 +219,7 @@ def _remark(parameter: Parameter, interval: Interval, correlation: pd.DataFrame)
     return ""
 
 
-def _unpredictable(problem: Problem, history: History, workers: int | None) -> list[str]:
+def _unpredictable(problem: FitProblem, history: History, workers: int | None) -> list[str]:
     """Name the columns that depend on the initial angle beyond measurement, by the growth of the events before."""
     scenario = history.scenario
     if not history.macro_collisions or scenario is None:

@@ -157,7 +157,7 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitProblem:
     """A scenario with keys to be found, and data with their standard deviations (n,)."""
 
     base: Scenario
@@ -251,13 +251,13 @@ def _exists(residuals: Array) -> bool:
 class SearchResult(NamedTuple):
     """What a search found: the problem with its final deviations, and where each start began and ended."""
 
-    problem: Problem
+    problem: FitProblem
     points: list[Array]
     solutions: list[Solution]
     best: int
 
 
-def find_keys(problem: Problem, starts: int, workers: int | None, on_progress: OnProgress) -> SearchResult:
+def find_keys(problem: FitProblem, starts: int, workers: int | None, on_progress: OnProgress) -> SearchResult:
     """Minimize from several starts; raises InputError if none has a run with all that was measured.
 
     Without deviations in the file the best start goes on until these and its keys agree; the sums of squares of
