@@ -181,7 +181,13 @@ def _picture(history: History, name: str, period: float) -> Picture:
         axes = drawn.figure.subplots()
         panels.draw_curves(axes, curves, clock)
         whole = np.arange(0.0, history.end_time + 0.5 * period, period)
-        axes.plot(clock.at(whole), np.interp(clock.at(whole), *axes.lines[0].get_data()), "o", color=SERIES[1])
+        axes.plot(
+            clock.at(whole),
+            np.interp(clock.at(whole), *axes.lines[0].get_data()),
+            "o",
+            color=SERIES[1],
+            clip_on=False,
+        )
     return drawn
 
 
