@@ -24,7 +24,6 @@ TEXT = 10.0  # points: size of text on a slide
 
 ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
-Layout = Literal["side-by-side", "overlay"]
 Colour = Literal["bending_stress", "axial_stress", "moment", "shear", "axial_force", "section_rotation"]
 
 #: results by names that they had, and by those that variables of a history have
@@ -168,8 +167,6 @@ class Style:
         Factor; None chooses it.
     charts, inset, ghosts, trace, arrow, ground : bool
         What is shown; the ground with the shadows of the beam, which fall on the slope too.
-    layout : {"side-by-side", "overlay"}
-        Of several histories.
     title : str or None
         At the top of a still or a film; None: the name of the run, empty: no line there.
     letters : float
@@ -194,7 +191,6 @@ class Style:
     trace: bool = True
     arrow: bool = True
     ground: bool = True
-    layout: Layout = "side-by-side"
     letters: float = TEXT
     dpi: float | None = None
     text: bool = True
@@ -207,7 +203,6 @@ class Style:
             ("--theme", self.theme, ThemeName),
             ("--camera", self.camera, CameraName),
             ("--colour", self.quantity, Colour),
-            ("--layout", self.layout, Layout),
         ):
             if name not in get_args(names):
                 raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")

@@ -22,7 +22,7 @@ _GAP, _CAPTION = 14, 30  # pixels
 
 
 def film() -> Image.Image:
-    """Six stills, each with the option that makes it."""
+    """Five stills, each with the option that makes it."""
     smooth = paper("contact.friction=frictionless")
     tiles = [
         ("a still of a run", [paper()], Style(SIZE)),
@@ -30,7 +30,6 @@ def film() -> Image.Image:
         ("--bare", [paper()], Style(SIZE, **BARE)),
         ("--colour moment", [paper()], Style(SIZE, quantity="moment")),
         ("two runs", [paper(), smooth], Style(SIZE)),
-        ("--layout overlay", [paper(), smooth], Style(SIZE, layout="overlay")),
     ]
     return sheet([(name, still(runs, style)) for name, runs, style in tiles])
 
