@@ -64,8 +64,10 @@ class Scene:
         self, story: Story, panels: Sequence[Panel], size: tuple[int, int], style: Style | None = None
     ) -> None:
         prepare()
-        window = {"off_screen": True, "window_size": [SUPERSAMPLING * pixels for pixels in size]}
-        self.plotter = cast(Any, pv.Plotter(shape=(1, len(panels)), border=False, lighting="light kit", **window))
+        large = [SUPERSAMPLING * pixels for pixels in size]
+        panes = (1, len(panels))
+        plotter = pv.Plotter(off_screen=True, window_size=large, shape=panes, border=False, lighting="light kit")
+        self.plotter = cast(Any, plotter)
         self.plotter.render_window.SetMultiSamples(0)
         self.views = []
         for number, panel in enumerate(panels):
