@@ -20,11 +20,12 @@ _GAP, _CAPTION = 14, 30  # pixels
 
 
 def film() -> Image.Image:
-    """Five stills, each with the option that makes it."""
+    """Six stills, each with the option that makes it."""
     smooth = paper("contact.friction=frictionless")
     tiles = [
         ("a still of a run", [paper()], Style(SIZE)),
         ("--theme dark", [paper()], Style(SIZE, "dark")),
+        ("--theme print", [paper()], Style(SIZE, "print")),
         ("--bare", [paper()], Style(SIZE, **BARE)),
         ("--colour moment", [paper()], Style(SIZE, quantity="moment")),
         ("two runs", [paper(), smooth], Style(SIZE)),
