@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -75,6 +77,18 @@ _GROUP = rf"(?:{_FACTOR.pattern}|\(\s*{_PRODUCT}\s*\))"
 _UNIT = re.compile(rf"(?:1?\s*/\s*)?{_GROUP}(?:{_BETWEEN}{_GROUP})*")
 _RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
 
+#: what else people write for a unit, beside other cases of its letters and units without a blank between them
+_MEANT = {
+    '"': "in",
+    "″": "in",
+    "'": "ft",
+    "′": "ft",
+    "lb": "lbf",
+    "kg": "kgf",
+    "g": "g_n",
+    "Hz": "rev/s",
+    "rpm": "1/min",
+}
 #: in the schema of a file: a number and something behind it
 _TEXT = {
     "type": "string",
@@ -161,13 +175,29 @@ def _known() -> frozenset[str]:
 
 @cache
 def _factor(unit: str, wanted: str) -> Fraction:
-    """Return the value of a unit in another one; raises ValueError that says what is allowed."""
+    """Return the value of a unit in another one; raises ValueError that says what may have been meant."""
+    allowed = {"rad": "in rad or deg", "1": "without a unit"}.get(wanted, f"in {wanted}")
+    try:
+        return _value(unit, wanted)
+    except ValueError:
+        meant = " or ".join(f'"{other}"' for other in _meant(unit, wanted)[:2])
+        hint = f"; did you mean {meant}?" if meant else ""
+    if _is_unit(unit):
+        raise ValueError(f"{allowed}, not in {unit}{hint}")
+    raise ValueError(f"{allowed}; {unit!r} is no unit{hint or f' (known: {_KNOWN})'}")
+
+
+def _is_unit(unit: str) -> bool:
+    """Whether a text is a product of known units, to its last letter."""
+    return bool(_UNIT.fullmatch(unit)) and all(found[1] in _known() | {"%"} for found in _FACTOR.finditer(unit))
+
+
+def _value(unit: str, wanted: str) -> Fraction:
+    """Return the value of a unit in another one; raises ValueError if it is none, or of another dimension."""
     from pint import DimensionalityError
 
-    allowed = {"rad": "in rad or deg", "1": "without a unit"}.get(wanted, f"in {wanted}")
-    # to its last letter
-    if not _UNIT.fullmatch(unit) or not all(found[1] in _known() | {"%"} for found in _FACTOR.finditer(unit)):
-        raise ValueError(f"{allowed}; {unit!r} is no unit (known: {_KNOWN})")
+    if not _is_unit(unit):
+        raise ValueError(unit)
 
     def power(found: re.Match[str]) -> str:
         name, *powers = found.groups()
@@ -180,7 +210,33 @@ def _factor(unit: str, wanted: str) -> Fraction:
     try:
         return Fraction(_registry().Quantity(Fraction(1), powers).to(wanted).magnitude)
     except DimensionalityError:
-        raise ValueError(f"{allowed}, not in {unit}") from None
+        raise ValueError(unit) from None
+
+
+def _meant(unit: str, wanted: str) -> list[str]:
+    """Return the units of the wanted dimension that somebody may have meant."""
+    words = re.split(r"([A-Za-zµμε°%\"'″′]+)", re.sub(r"(?<=[A-Za-z\d])[-.](?=[A-Za-z])", " ", unit))
+    readings = [_readings(word) if k % 2 else [word] for k, word in enumerate(words)]
+    if len(words) > 9:  # of four units
+        return []
+    found = []
+    for parts in product(*readings):
+        with suppress(ValueError):
+            _value("".join(parts), wanted)
+            found.append("".join(parts))
+    return found
+
+
+def _readings(word: str) -> list[str]:
+    """Return the units that a word may mean: itself, other cases of its letters, two units in one word."""
+    known = _known()
+    found = [word] if word in known else []
+    found += [_MEANT[word]] if word in _MEANT else []
+    if not found:
+        found = sorted(name for name in known if name.lower() == word.lower())
+        parts = ((word[:k], word[k:]) for k in range(1, len(word)))
+        found += [f"{first} {second}" for first, second in parts if first in known and second in known]
+    return found or [word]
 
 
 def _with_texts(schema: JsonSchemaValue) -> JsonSchemaValue:

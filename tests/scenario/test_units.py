@@ -142,11 +142,19 @@ def test_texts_in_pairs_and_in_tables_over_x():
         ("beam.length", "1e-999999999 kg", ["in m, not in kg"]),
         ("beam.length", f'"{"1" * 5000} m"', ["a number in m"]),
         # what people write
-        ("root.torque", "5 Nm", ["in N m; 'Nm' is no unit"]),
-        ("beam.youngs_modulus", "70 GPA", ["in Pa; 'GPA' is no unit"]),
+        ("root.torque", "5 Nm", ["'Nm' is no unit", 'did you mean "N m"?']),
+        ("root.torque", "5 kN-m", ['did you mean "kN m"?']),
+        ("root.torque", "5 lb-ft", ['did you mean "lbf ft"?']),
+        ("root.torque", "5 N.mm", ['did you mean "N mm"?']),
+        ("root.inertia", "5 kgm2", ['did you mean "kg m2"?']),
+        ("beam.length", "'5\"'", ['did you mean "in"?']),
+        ("beam.youngs_modulus", "70 GPA", ['did you mean "GPa"?']),
+        ("beam.youngs_modulus", "70e3 MPA", ['"MPa"']),
         ("beam.youngs_modulus", "70 Pas", ["'Pas' is no unit"]),
-        ("beam.youngs_modulus", "1e7 lb/in^2", ["in Pa, not in lb/in^2"]),
-        ("gravity", "1 g", ["in m/s^2, not in g"]),
+        ("beam.youngs_modulus", "1e7 lb/in^2", ["in Pa, not in lb/in^2", 'did you mean "lbf/in^2"?']),
+        ("contact.stiffness", "1 KN/m", ['did you mean "kN/m"?']),
+        ("initial.angular_velocity", "30 RPM", ['did you mean "rpm"?']),
+        ("gravity", "1 g", ["in m/s^2, not in g", 'did you mean "g_n"?']),
     ],
 )
 def test_what_is_no_value_of_the_unit_is_one_line(path, value, words):
