@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PACKAGES := oblique_impact fem_beam modal renders validation
 
-.PHONY: install demo test test-slow test-pythons lint bounds docs pictures package bench clean
+.PHONY: install demo test test-slow test-pythons lint bounds docs pictures notebook package bench clean
 
 install: $(VENV)/.installed
 
@@ -55,6 +55,10 @@ docs: install
 # the pictures of the pages that are kept with them
 pictures: install
 	$(BIN)/python -m docs.pictures.draw
+
+# the tutorial's notebook, from its program
+notebook: install
+	$(BIN)/python -m docs.notebook
 
 # the program with every dependency at its lower bound, in an environment that is gone afterwards
 bounds:

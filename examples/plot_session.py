@@ -2,8 +2,8 @@
 A session of an hour
 ====================
 
-From a scenario to a film, step by step. Each step names the page with more on it. It is a notebook as well, at
-the foot of this page; in a terminal the steps are
+From a scenario to a film, step by step. Each step names the page with more on it. It is a notebook as well,
+``examples/session.ipynb``; in a terminal the steps are
 ``oblique-impact scenarios``, ``init``, ``run``, ``render``, ``refine``, ``compare``.
 
 **Choose what to simulate.** The built-in cases:

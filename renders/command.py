@@ -56,6 +56,8 @@ def render(
     time: float | None = None,
     event: int | None = None,
     fps: int = FPS,
+    speed: float | None = None,
+    contact_speed: float | None = None,
     seconds: float | None = None,
     between: tuple[float, float] | None = None,
     frames: int | None = None,
@@ -82,8 +84,10 @@ def render(
         A still at an event, by its number from 1.
     fps : int
         Frames per second of a film.
+    speed, contact_speed : float, optional
+        Physical over film time in flight and in contact; chosen if not given.
     seconds : float, optional
-        How long the film lasts (s), that of a part too; default: 20, of a part as long as it takes in that.
+        How long the film lasts (s), if neither speed is given; default: 20.
     between : tuple of float, optional
         First and last physical time (s) of a film, which is that part of the film of the whole run.
     frames : int, optional
@@ -133,9 +137,9 @@ def render(
     # runs that blew up hold numbers of any size
     with writing_file(file), np.errstate(over="ignore", invalid="ignore"):
         long = SECONDS if seconds is None and suffix in FILMS else seconds
-        story = story_of(runs, style, called, long)
+        story = story_of(runs, style, called, speed, contact_speed, long)
         if suffix in FILMS:
-            if long and not frames and (seconds or not between):
+            if long and not (frames or speed or contact_speed) and (seconds or not between):
                 frames = max(2, round(long * fps))
             timeline = make_timeline(story.time_map, fps, between, frames)
             write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))

@@ -155,9 +155,11 @@ def story_of(
     histories: Sequence[History],
     style: Style | None = None,
     names: Sequence[str] = (),
+    speed: float | None = None,
+    contact_speed: float | None = None,
     seconds: float | None = None,
 ) -> Story:
-    """Make what the pictures of one to three runs of beams share; the film lasts `seconds` as of `time_map`.
+    """Make what the pictures of one to three runs of beams share; speeds and length as `time_map` takes them.
 
     Raises InputError for a history without a beam, too many of them, or a factor that is not positive and finite.
     """
@@ -167,7 +169,7 @@ def story_of(
     geometries = [BeamGeometry(history, style.deformation) for history in histories]
     common = min(geometry.factor for geometry in geometries)
     same = tuple(g if g.factor == common else BeamGeometry(g.history, common) for g in geometries)
-    return Story(same, style, tuple(names), time_map(histories[0], seconds))
+    return Story(same, style, tuple(names), time_map(histories[0], speed, contact_speed, seconds))
 
 
 def colour_scale(geometries: Sequence[BeamGeometry], quantity: str) -> ColourScale:

@@ -84,23 +84,35 @@ class Timeline:
         return self.times.size / self.fps
 
 
-def time_map(history: History, seconds: float | None = None) -> TimeMap:
+def time_map(
+    history: History,
+    speed: float | None = None,
+    contact_speed: float | None = None,
+    seconds: float | None = None,
+) -> TimeMap:
     """Lay out the course of the film of a run, the same for parts of it, and for its page but for the length.
 
     Parameters
     ----------
     history : History
         Its contacts are where time is stretched.
+    speed, contact_speed : float, optional
+        Physical over film time in flight and in contact; what is not given is one of 1, 1/2, 1/5, 1/10..., so
+        that the film of the run lasts about twenty seconds.  Where contacts take more time than flight does, time
+        is not stretched around them.
     seconds : float, optional
-        How long the film of the run lasts; default: about twenty seconds, at rates, physical over film time, of
-        1, 1/2, 1/5, 1/10... in flight and in contact.  Where contacts take more time than flight does, time is
-        not stretched around them.
+        If no speed is given the film of the run lasts exactly so long, at rates that are not round.
 
     Raises InputError for values out of range.
     """
     aim = _AIM if seconds is None else seconds
     if not 1.0 <= aim <= 3600.0:
         raise InputError(f"--seconds {aim:g}: should be from 1 to 3600")
+    for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):
+        if value is not None and not 0.0 < value <= 1e6:
+            raise InputError(f"{name} {value:g}: should be a positive number")
+    if speed and contact_speed and contact_speed > speed:
+        raise InputError(f"--contact-speed {contact_speed:g}: should be at most --speed, {speed:g}")
     first, last = float(history["time"][0]), float(history["time"][-1])
     if last <= first:
         return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
@@ -110,8 +122,10 @@ def time_map(history: History, seconds: float | None = None) -> TimeMap:
     closed = max(inside, 1e-4) / (_SHARE * aim)
     if closed > free:
         free = closed = (last - first) / aim
-    free = _round_rate(free)
-    closed = min(_round_rate(closed), free)
+    free, closed = speed or _round_rate(free), contact_speed or _round_rate(closed)
+    if contact_speed:
+        free = max(free, closed)
+    closed = min(closed, free)
     # fine enough for the contacts and the ramps around them
     width, near = np.maximum(spans[:, 1:] - spans[:, :1], 1e-7), np.geomspace(1e-7, 0.05, 200)
     grid = [spans[:, :1] + width * np.linspace(0.0, 1.0, 200), spans[:, :1] - near, spans[:, 1:] + near]
@@ -129,7 +143,7 @@ def time_map(history: History, seconds: float | None = None) -> TimeMap:
     film = cumulative_trapezoid(1.0 / rates, times, initial=0.0)
     course = TimeMap(times, film, rates)
     # rounded rates and the ramps around contacts take another time than was asked for
-    return course if seconds is None else course.lasting(seconds)
+    return course if seconds is None or speed or contact_speed else course.lasting(seconds)
 
 
 def contact_spans(history: History) -> Array:
@@ -184,7 +198,7 @@ def make_timeline(
     if frames is None:
         frames = math.ceil(course.duration * fps - 1e-9) + 1
         if frames > _MOST:
-            raise InputError(f"--seconds, --fps: a film of {frames} frames: should have at most {_MOST}")
+            raise InputError(f"--speed, --fps: a film of {frames} frames: should have at most {_MOST}")
     else:
         course = course.lasting((frames - 1) / fps)
     times = course.time_at(np.arange(frames) / fps)

@@ -6,6 +6,7 @@ films GIF.
 
 from __future__ import annotations
 
+import shutil
 import sys
 import warnings
 from collections.abc import Callable
@@ -37,6 +38,7 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
 SCENES: dict[str, Callable[[], Image.Image]] = {
     "film": scenes.film,
     "scenario": scenes.scenario,
+    "paraview": scenes.paraview,
 }
 #: films, each of which writes its file
 FILMS: dict[str, Callable[[Path], None]] = {"slap": scenes.slap}
@@ -58,4 +60,7 @@ def draw(name: str, folder: Path = FOLDER) -> Path:
 if __name__ == "__main__":
     warnings.simplefilter("ignore", SimulationWarning)  # the pages say where a model has its limits
     for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES, *FILMS]:
-        print(draw(wanted), flush=True)
+        if wanted == "paraview" and not all(map(shutil.which, ("pvpython", "xvfb-run"))):
+            print("paraview: left as it is; it takes pvpython and xvfb-run (Debian: paraview, xvfb)")
+        else:
+            print(draw(wanted), flush=True)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import tempfile
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
 from oblique_impact import History, Scenario, simulate
-from oblique_impact.renders import Style, render
+from oblique_impact.renders import Style, export, render
 from oblique_impact.renders.style import BARE, LIGHT
 
 from . import contacts
@@ -75,3 +77,27 @@ def scenario() -> Image.Image:
     """The beam of the page at its largest force."""
     history = simulate(Scenario.from_toml(blocks("scenario.md", "toml")[0]))
     return still([history], Style((1280, 560)), time=float(history["lambda_n"].idxmax()))
+
+
+def paraview() -> Image.Image:
+    """Render an export in ParaView by the program of the page; needs `pvpython` and `xvfb-run`."""
+    (program,) = (text for text in blocks("paraview.md", "python") if "paraview" in text)
+    background = [int(LIGHT.background[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    with tempfile.TemporaryDirectory() as folder:
+        file, state, picture = (Path(folder) / name for name in ("beam.pvd", "state.py", "beam.png"))
+        export(paper(), file, every=50)
+        ending = [
+            "scene.AnimationTime = 0.3245",
+            "ResetCamera(view)",
+            "view.UseColorPaletteForBackground = 0",
+            f"view.Background = {background}",
+            f"SaveScreenshot({str(picture)!r}, view, ImageResolution=[1280, 720])",
+        ]
+        program = program.replace("out/beam", str(file.with_suffix("")))
+        state.write_text("\n".join([program, *ending]), encoding="utf-8")
+        plain = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+        server = ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24"]
+        command = [*server, "pvpython", "--force-offscreen-rendering", str(state)]
+        subprocess.run(command, check=True, env=plain, capture_output=True, timeout=300)
+        with Image.open(picture) as drawn:
+            return drawn.convert("RGB")

@@ -21,7 +21,9 @@ Preset = Annotated[str, Option(help="talk or paper; other options hold instead o
 Title = Annotated[str | None, Option(help="The title; default: the name of the run.")]
 Size = Annotated[str, Option(help="WIDTHxHEIGHT in pixels, of films even.")]
 Fps = Annotated[int, Option(help="Films: frames per second.")]
-Seconds = Annotated[float | None, Option(help="Films: so long (s), of a part too; default 20.")]
+Speed = Annotated[float | None, Option(help="Films: physical over film time in flight.")]
+ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
+Seconds = Annotated[float | None, Option(help="Films: so long (s), if no speed is given; default 20.")]
 Frames = Annotated[int | None, Option(help="Films: exactly so many frames.")]
 Deformation = Annotated[float | None, Option(help="Deformation factor; default: chosen.")]
 Camera = Annotated[str, Option(help="oblique, front or above.")]
@@ -47,6 +49,8 @@ def render(
     title: Title = None,
     size: Size = "",
     fps: Fps = 30,
+    speed: Speed = None,
+    contact_speed: ContactSpeed = None,
     seconds: Seconds = None,
     between: Between = None,
     frames: Frames = None,
@@ -82,6 +86,8 @@ def render(
             time=time,
             event=event,
             fps=fps,
+            speed=speed,
+            contact_speed=contact_speed,
             seconds=seconds,
             between=_pair("--between", between),
             frames=frames,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from docs.notebook import NOTEBOOK, notebook
 from docs.pictures import sketch
 from oblique_impact import Scenario
 from oblique_impact.validation import fit
@@ -46,9 +48,14 @@ def test_the_fit_of_the_readme_finds_what_its_data_were_made_with(monkeypatch):
         assert low < true < high < 2.0 * low
 
 
-def test_the_tutorial_runs(tmp_path, monkeypatch):
+def test_the_tutorial_runs_cell_by_cell(tmp_path, monkeypatch):
+    kept = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    assert kept == notebook(), "python -m docs.notebook writes it anew"
     monkeypatch.chdir(tmp_path)
-    names = runpy.run_path(str(ROOT / "examples" / "plot_session.py"))
+    names: dict = {"__name__": "__main__"}
+    for cell in kept["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
     assert names["history"].outcome.label == "completed"
     assert names["study"].quantity("impulse").analysis.verdict == "converged"
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oblique_impact import History, Scenario, simulate
+from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders.panels import Curve
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.story import story_of
-from oblique_impact.renders.timeline import time_map
+from oblique_impact.renders.timeline import make_timeline, time_map
 from tests.renders.test_charts import charted
 
 ELASTIC = (
@@ -84,6 +84,29 @@ def test_the_course_is_that_of_all_contacts_together(case, name):
     # brief contacts take a share of the film that can be seen; else the rate is the same everywhere
     share = np.mean(closed / rates) * last / course.duration
     assert (share > 0.15 and slow < 0.1 * fast) if closed.mean() < 0.5 else slow == fast
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_frames_of_a_film_stand_in_the_contacts(case, name):
+    """As many as the share of the contacts in the film."""
+    history = case(name)
+    timeline = make_timeline(time_map(history), frames=500)
+    closed = touching(history, timeline.times)
+    grid = np.linspace(0.0, float(history["time"][-1]), 400_001)
+    weights = 1.0 / timeline.course.rate_at(grid)
+    assert closed.mean() == pytest.approx(weights[touching(history, grid)].sum() / weights.sum(), abs=0.02)
+    assert closed.sum() > 50
+
+
+def test_rates_that_are_given_hold_or_are_refused(case):
+    for history in (case("rest"), case("bounces")):
+        rates = time_map(history, 0.5, 0.001).rates
+        assert (rates.min(), rates.max()) == (0.001, 0.5)
+        assert time_map(history, contact_speed=3.0).rates.tolist() == [3.0] * time_map(history).rates.size
+        with pytest.raises(InputError, match="--contact-speed 2: should be at most --speed, 1"):
+            time_map(history, 1.0, 2.0)
+    with pytest.raises(InputError, match=r"a film of \d{14} frames: should have at most 100000"):
+        make_timeline(time_map(case("rest"), 1e-12))
 
 
 @pytest.mark.parametrize("name", CASES)

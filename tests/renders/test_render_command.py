@@ -73,6 +73,8 @@ def test_a_film_lasts_as_long_as_it_is_told_to(folder, tmp_path, cli, options, s
         (("--out", "a.svg", "--title", "a\x07b"), "--title a\\x07b: should be a text without control characters"),
         (("--out", "a.svg", "--name", "a\x1bb"), "--name a\\x1bb: should be a text without control characters"),
         (("--out", "a.gif", "--fps", "51"), "--fps 51: of a GIF should be from 1 to 50"),
+        (("--out", "a.mp4", "--speed", "1e-9"), "frames: should have at most 100000"),
+        (("--out", "a.mp4", "--speed", "0.1", "--contact-speed", "1"), "should be at most --speed, 0.1"),
         (("--out", "a.mp4", "--size", "481x270"), "--size 481x270: films need even numbers"),
         (("--out", "a.png", "--name", "a", "--name", "b"), "--name: 2 given for 1 histories"),
     ],
