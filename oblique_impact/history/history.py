@@ -298,8 +298,7 @@ class History:
         netcdf = BytesIO()
         store = H5NetCDFStore.open(netcdf, "w", lock=False)
         # checked as they are read: a changed byte in them is an error
-        shapes = {name: variable.shape for name, variable in whole.variables.items() if variable.shape}
-        checked = {name: {"fletcher32": True, "chunksizes": shape} for name, shape in shapes.items()}
+        checked = {name: {"fletcher32": True, "chunksizes": v.shape} for name, v in whole.variables.items() if v.shape}
         whole.dump_to_store(store, encoding=checked)
         store.close()
         return {
