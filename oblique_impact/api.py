@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
-from oblique_impact.errors import InputError, Interrupted, Outcome, SimulationWarning
+from oblique_impact.errors import FileWarning, InputError, Interrupted, Outcome, SimulationWarning
 from oblique_impact.history.history import History
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.progress import Progress
@@ -14,6 +14,7 @@ from oblique_impact.simulation import simulate, simulate_system
 
 __all__ = [
     "BuiltinCase",
+    "FileWarning",
     "Frequencies",
     "History",
     "InputError",

@@ -18,6 +18,10 @@ class SimulationWarning(UserWarning):
     """What stands against numbers of a run; `simulate` gives one for each entry of ``summary["warnings"]``."""
 
 
+class FileWarning(UserWarning):
+    """A history was read whose file cannot be checked for damage, or does not belong to the files beside it."""
+
+
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a run; `history` holds what was computed until then."""
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from typing import Annotated, Any
 
@@ -17,7 +19,7 @@ from oblique_impact.command_line.pictures import export, render
 from oblique_impact.command_line.run import run
 from oblique_impact.command_line.scenarios import init, scenarios, schema
 from oblique_impact.command_line.studies import compare, fit, refine, reproduce, sweep, validate
-from oblique_impact.errors import InputError, Interrupted, Outcome
+from oblique_impact.errors import FileWarning, InputError, Interrupted, Outcome
 
 #: shells ask for completions by this variable (typer derives it from the name of the program)
 _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
@@ -108,12 +110,29 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code)
 
 
+@contextmanager
+def _file_warnings_in_one_line() -> Iterator[None]:
+    """Show what stands against a file that is read as this program shows warnings, not as Python does."""
+    with warnings.catch_warnings():
+        show_others = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, FileWarning):
+                print_note(f"warning: {message}")
+            else:
+                show_others(message, category, *place, **more)
+
+        warnings.simplefilter("always", FileWarning)
+        warnings.showwarning = show
+        yield
+
+
 def _call(arguments: list[str]) -> int:
     """Run a command and return its exit code; bad input is one line."""
     command = application()
     try:
         # typer's own main would swallow interrupts
-        with command.make_context("oblique-impact", arguments) as context:
+        with _file_warnings_in_one_line(), command.make_context("oblique-impact", arguments) as context:
             command.invoke(context)
     except typer.Exit as end:
         return end.exit_code

@@ -11,6 +11,7 @@ from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 import h5py
 import numpy as np
@@ -23,9 +24,10 @@ from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.beam.validity.run_warnings import run_warnings
 from oblique_impact.contact.state import State
-from oblique_impact.errors import InputError, Outcome
+from oblique_impact.errors import FileWarning, InputError, Outcome
 from oblique_impact.files import save_all, writing
 from oblique_impact.history.axis_motion import axis_places
+from oblique_impact.history.digest import digest_line, has_digest
 from oblique_impact.history.events import (
     EVENT_COLUMNS,
     OF_CONTACTS_IN_EVENTS,
@@ -284,7 +286,11 @@ class History:
         return Path(folder)
 
     def files(self) -> dict[str, bytes]:
-        """Return the contents of the four files by their names; history.nc holds everything."""
+        """Return the contents of the four files by their names, in the order in which they are replaced.
+
+        history.nc, which holds everything, is the first one and summary.json the last, so that a folder in which
+        only some were replaced is known by the two.
+        """
         whole = self.data if self.scenario is None else self.data.assign(self.section_forces())
         whole = whole.assign_attrs(
             format=FORMAT,
@@ -297,40 +303,50 @@ class History:
         # Dask's scheduler where there is one, for a tenth of a second, and on a cluster ask it for a lock
         netcdf = BytesIO()
         store = H5NetCDFStore.open(netcdf, "w", lock=False)
-        # checked as they are read: a changed byte in them is an error
-        checked = {name: {"fletcher32": True, "chunksizes": v.shape} for name, v in whole.variables.items() if v.shape}
-        whole.dump_to_store(store, encoding=checked)
+        whole.dump_to_store(store)
         store.close()
+        netcdf.seek(0, os.SEEK_END)
+        netcdf.write(digest_line(netcdf.getvalue()))
         return {
             "history.nc": netcdf.getvalue(),
             "scenario.toml": self.scenario_toml.encode(),
             "events.csv": self.events_csv().encode(),
-            "summary.json": f"{json.dumps(self.summary, indent=2)}\n".encode(),
+            "summary.json": _summary_json(self.summary).encode(),
         }
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> History:
         """Read a run folder, or the history.nc inside one.
 
-        Raises InputError with one line if it is not a history of this format, or is damaged.
+        Raises InputError with one line if it is not a history of this format, or is damaged.  Warns, with
+        :class:`~oblique_impact.errors.FileWarning`, of a file that another program has written, in which damage
+        cannot be seen, and of a folder whose summary.json is that of another run.
         """
-        file = Path(path)
+        folder, file = None, Path(path)
         if file.is_dir():
             lacking = [name for name in FILES if not (file / name).exists()]
-            file = file / "history.nc"
+            folder, file = file, file / "history.nc"
             if not file.is_file():
                 raise InputError(f"{path}: is not the folder of a run: it lacks {', '.join(lacking)}")
         elif not file.is_file():
             run = f"; run the scenario first: oblique-impact run {path} --out DIR, and give DIR"
             raise InputError(f"{path}: no such history{run if str(path) in builtin_names() else ''}")
         try:
-            with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
-                opened.visititems(lambda name, item: None)
+            if not (whole := has_digest(file)):
+                with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
+                    opened.visititems(lambda name, item: None)
             # without phony_dims a variable that has lost its dimensions prints a warning; it is refused below
-            return cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
+            found = cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
         except Exception as error:  # xarray, h5netcdf and h5py raise errors of many kinds for damaged files
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history of oblique-impact: {reason}") from None
+        if not whole:
+            words = "has no digest, as another program or an earlier version wrote it: damage cannot be seen"
+            warn(f"{file}: {words}", FileWarning, stacklevel=2)
+        if folder and not _is_summary(folder / "summary.json", found.summary):
+            words = "is not of the run in history.nc, nor may the other files be; History.save writes all anew"
+            warn(f"{folder / 'summary.json'}: {words}", FileWarning, stacklevel=2)
+        return found
 
     @classmethod
     def _of_one_dataset(cls, data: xr.Dataset) -> History:
@@ -397,6 +413,20 @@ def beam_history(
     warnings, without_limit = run_warnings(scenario, record, variables, summary, beam)
     summary |= {"without_limit": without_limit, "warnings": warnings}
     return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
+
+
+def _summary_json(summary: Mapping[str, Any]) -> str:
+    return json.dumps(summary, indent=2) + "\n"
+
+
+def _is_summary(file: Path, summary: Mapping[str, Any]) -> bool:
+    """Whether a file, if there is one, is that of a summary."""
+    try:
+        return file.read_text(encoding="utf-8") == _summary_json(summary)
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError):
+        return False
 
 
 def _describe(history: History) -> list[str]:
