@@ -76,7 +76,7 @@ numpydoc_xref_param_type = False
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    "ignore_pattern": "paper_demo",
+    "ignore_pattern": "paper_demo|explore",
     "run_stale_examples": True,
     "abort_on_example_error": True,
     "within_subsection_order": "gallery.place",

@@ -58,13 +58,13 @@ overview.savefig("session_overview.svg")
 overview
 
 # %%
-# A still at the largest force. Films and stills:
+# A still at the largest force; ``show(history)`` opens a window to turn and zoom. Films and stills:
 # :doc:`/howto/film`.
 
 render(history, "session_still.png", Style(size=(960, 540)))
 
 # %%
-# The numbers at an instant; ``history.to_pyvista(t)`` gives the mesh with all results, to ``plot()``.
+# The numbers at an instant; ``history.to_pyvista(t)`` gives the mesh with all results.
 
 largest = float(history["lambda_n"].idxmax())
 print(f"largest force at {largest:.5f} s:", float(history.at(largest)["lambda_n"]), "N")

@@ -1,6 +1,7 @@
 """Pictures of results, from histories.
 
 `render`            a still, a film or an interactive page: a `Rendered`; `Style` says how it looks
+`show`              an interactive window on a run, in a notebook a view in the page
 `beam_mesh`         the beam at a time as a mesh of PyVista
 `export`            a time series for ParaView, PVD or XDMF, or a table: an `Exported`
 `draw_contact_map`  where the beam touches over time, into axes of matplotlib
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from oblique_impact.renders.overview import overview_figure as overview_figure
     from oblique_impact.renders.panels import envelope as envelope
     from oblique_impact.renders.style import Style as Style
+    from oblique_impact.renders.viewer import show as show
 
 # PyVista takes a second to load: a command that draws nothing does not wait for it
 _MODULES = {
@@ -38,6 +40,7 @@ _MODULES = {
     "export": "exports",
     "overview_figure": "overview",
     "render": "command",
+    "show": "viewer",
 }
 __all__ = [*_MODULES]
 

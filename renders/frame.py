@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
@@ -40,13 +41,15 @@ class Composer:
     def _arrange(self) -> None:
         """Write and draw everything around the scene, and make the scene in the room that is left."""
         story, style = self.story, self.style
-        count = len(story.geometries)
+        numbers = list(range(len(story.geometries)))
+        pictures = [numbers] if story.overlay else [[n] for n in numbers]
         head = self._write_heading() if style.title != "" else 0
-        charted = style.charts and self.timeline is not None
-        plan = lay_out(style.size, head, count, style.inset and count == 1, charted, self.sheet.unit)
-        self._panels = [Panel(self._describe(run, box), run) for run, box in enumerate(plan.views)]
+        charted, alone = style.charts and self.timeline is not None, len(pictures) == 1
+        plan = lay_out(style.size, head, len(pictures), style.inset and alone, charted, self.sheet.unit)
+        boxes = [self._describe(runs[0], box) for runs, box in zip(pictures, plan.views, strict=True)]
+        self._panels = [Panel(box, runs) for box, runs in zip(boxes, pictures, strict=True)]
         if plan.inset:
-            self._panels.append(Panel(self._describe_inset(plan.inset), 0, close=True))
+            self._panels.append(Panel(self._describe_inset(plan.inset), numbers, close=True))
         bottom = plan.charts[0][1] if plan.charts else style.size[1]
         self.scene = Scene(story, self._panels, (style.size[0], bottom))
         for box, view in zip(plan.views, self.scene.views, strict=False):
@@ -89,15 +92,27 @@ class Composer:
         time = sheet.write(left, y, "t = 0.00000 s", STATE, weight="bold")
         x = left + sheet.width_of(time) + 24.0 * sheet.unit
         self._keep(f"time {number}", time)
-        state = sheet.write(x, y, "STICK, just before the reversal", STATE, weight="bold")
-        # a still at an event says which side of the jump it shows, where nothing else stands there
-        self._tells_side = len(story.names) < 2 and sheet.width_of(state) < right - x
-        state.set_text("STICK")
-        x += sheet.width_of(state) + 24.0 * sheet.unit
-        self._keep(f"state {number}", state)
-        if len(story.names) > 1:
-            name = sheet.write(x, y + 3.0 * sheet.unit, "", NAME)
-            sheet.fit(name, [story.names[number]], right - x)
+        if story.overlay:
+            handles = [Line2D([], [], color=c, linewidth=5.0 * sheet.thin) for c in colours.series]
+            sheet.figure.legend(
+                handles[: len(story.names)],
+                story.names,
+                loc="upper left",
+                bbox_to_anchor=(x / sheet.size[0], 1.0 - (y - 9.0 * sheet.unit) / sheet.size[1]),
+                ncols=len(story.names),
+                fontsize=sheet.points(NAME),
+                handlelength=1.2,
+            )
+        else:
+            state = sheet.write(x, y, "STICK, just before the reversal", STATE, weight="bold")
+            # a still at an event says which side of the jump it shows, where nothing else stands there
+            self._tells_side = len(story.names) < 2 and sheet.width_of(state) < right - x
+            state.set_text("STICK")
+            x += sheet.width_of(state) + 24.0 * sheet.unit
+            self._keep(f"state {number}", state)
+            if len(story.names) > 1:
+                name = sheet.write(x, y + 3.0 * sheet.unit, "", NAME)
+                sheet.fit(name, [story.names[number]], right - x)
         y += 1.5 * sheet.pixels(STATE)
         if self.timeline is not None:
             self._keep(f"rate {number}", sheet.write(left, y, "", LINE, colours.dim))
@@ -105,10 +120,12 @@ class Composer:
         if story.magnified:
             sheet.fit(sheet.write(left, y, "", LINE, colours.dim), story.magnified, right - left)
             y += 1.5 * sheet.pixels(LINE)
-        above, width = round(y - 0.2 * sheet.pixels(STATE)), self._colour_bar_width(box)
-        low = box[1] + box[3] - 8.0 * sheet.unit
-        sheet.colour_bar(box[0] + 0.5 * (box[2] - width), low, width, story.colours)
-        below = 1.2 * sheet.pixels(LINE) + 1.45 * sheet.pixels(SMALL) + 24.0 * sheet.unit
+        above, below = round(y - 0.2 * sheet.pixels(STATE)), 1.6 * sheet.pixels(SMALL) + 22.0 * sheet.unit
+        if not story.overlay:
+            width = self._colour_bar_width(box)
+            low = box[1] + box[3] - 8.0 * sheet.unit
+            sheet.colour_bar(box[0] + 0.5 * (box[2] - width), low, width, story.colours)
+            below = 1.2 * sheet.pixels(LINE) + 1.45 * sheet.pixels(SMALL) + 24.0 * sheet.unit
         return box[0], above, box[2], box[1] + box[3] - round(below) - above
 
     def _colour_bar_width(self, box: Box) -> float:
@@ -116,9 +133,10 @@ class Composer:
 
     def _add_scale_bar(self, box: Box, view: View) -> None:
         """Draw the scale of length below a view, beside its scale of colours, if there is room."""
-        sheet = self.sheet
-        beside = 0.5 * (box[2] - self._colour_bar_width(box)) - self._margin
-        free = min(0.22 * box[2], beside - 3.0 * sheet.pixels(SMALL))
+        sheet, free = self.sheet, 0.22 * box[2]
+        if not self.story.overlay:
+            beside = 0.5 * (box[2] - self._colour_bar_width(box)) - self._margin
+            free = min(free, beside - 3.0 * sheet.pixels(SMALL))
         if free > 3.0 * sheet.pixels(SMALL):
             low = box[1] + box[3] - 14.0 * sheet.unit
             sheet.scale_bar(box[0] + self._margin, low, view.scale_bar(free))
@@ -134,13 +152,13 @@ class Composer:
         title = "main contact" if geometry.anywhere else geometry.outer_point
         sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), [f"{title}, true scale", title], width)
         y += 1.6 * sheet.pixels(HEADING)
-        if self.style.arrow and touches:
+        if self.style.arrow and touches and not story.overlay:
             force = sheet.write(left, y, "", HEADING)
             sheet.fit(force, ["contact force 8888 N", "force 8888 N", "8888 N"], width)
             self._force = force.get_text().removesuffix("8888 N")
             self._keep("force", force)
             y += 1.4 * sheet.pixels(HEADING)
-        if touches:
+        if touches and not story.overlay:
             self._keep("gap", sheet.write(left, y, "", LINE, colours.dim))
         band = round(self._top + 2.8 * sheet.pixels(HEADING) + 1.5 * sheet.pixels(LINE))
         return box[0] + 1, box[1] + band, box[2] - 1, box[3] - band

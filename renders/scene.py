@@ -50,32 +50,42 @@ _SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
 
 
 class Panel(NamedTuple):
-    """One picture of a frame: its place in the window (pixels) and the number of the run that it shows."""
+    """One picture of a frame: its place in the window (pixels) and the numbers of the runs that it shows."""
 
     box: Box
-    run: int
+    runs: Sequence[int]
     close: bool = False  # whether the camera follows the contact point, without magnification
 
 
 class Scene:
-    """A window of some size (pixels) with panels into which all positions fit; `draw` returns its picture."""
+    """A window of some size (pixels) with panels; `draw` returns its picture at a time.
+
+    All positions fit into the panels.  With `interactive` the window is shown on the screen, by `plotter.show`, at
+    its plain size.
+    """
 
     def __init__(
-        self, story: Story, panels: Sequence[Panel], size: tuple[int, int], style: Style | None = None
+        self,
+        story: Story,
+        panels: Sequence[Panel],
+        size: tuple[int, int],
+        style: Style | None = None,
+        **interactive: Any,
     ) -> None:
         prepare()
-        large = [SUPERSAMPLING * pixels for pixels in size]
-        panes = (1, len(panels))
-        plotter = pv.Plotter(off_screen=True, window_size=large, shape=panes, border=False, lighting="light kit")
-        self.plotter = cast(Any, plotter)
-        self.plotter.render_window.SetMultiSamples(0)
+        scale = 1 if interactive else SUPERSAMPLING
+        window: dict[str, Any] = {"off_screen": not interactive, **interactive}
+        window["window_size"] = [scale * pixels for pixels in size]
+        self.plotter = cast(Any, pv.Plotter(shape=(1, len(panels)), border=False, lighting="light kit", **window))
+        if not interactive:
+            self.plotter.render_window.SetMultiSamples(0)
         self.views = []
         for number, panel in enumerate(panels):
             self.plotter.subplot(0, number)
             left, top, width, height = panel.box
             ends = left / size[0], 1.0 - (top + height) / size[1], (left + width) / size[0], 1.0 - top / size[1]
             self.plotter.renderer.SetViewport(*ends)
-            self.views.append(View(self.plotter, story, panel, style or story.style))
+            self.views.append(View(self.plotter, story, panel, style or story.style, scale))
 
     def picture(self, time: float) -> Image.Image:
         """Return the picture of a physical time (s)."""
@@ -95,29 +105,29 @@ class Scene:
 
 
 class View:
-    """Contents of the active renderer of a plotter: beam, slope, pin and ground."""
+    """Contents of the active renderer of a plotter: beams, slope, pin and ground."""
 
-    def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style) -> None:
+    def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int) -> None:
         self._plotter, self._camera = plotter, plotter.renderer.camera
         self.style, self.theme, self.close = style, style.colours, panel.close
         #: pixels of the window in the width of a thin line
-        self.stroke = SUPERSAMPLING * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
-        shown = story.geometries[panel.run].true if panel.close else story.drawn[panel.run]
+        self.stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
+        shown = [story.geometries[n].true if panel.close else story.drawn[n] for n in panel.runs]
         #: unit vectors (3,) from the scene to the eye, and (2, 3) to the right and upward in the picture
         self.eye = CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
         if story.obstacles and np.mean([obstacle.normal[0] for obstacle in story.obstacles]) < -0.7:
             self.eye = self.eye * (-1.0, 1.0, 1.0)  # walls to the right would hide the beam
         # from close by a wide beam, or an obstacle seen from behind, would hide where they touch
         behind = any(self.eye[:2] @ obstacle.normal < 0.0 for obstacle in story.obstacles)
-        if panel.close and (behind or shown.half_width > _WIDE * shown.touch_radius):
+        if panel.close and (behind or shown[0].half_width > _WIDE * shown[0].touch_radius):
             self.eye = CAMERAS["front"]
         right = np.cross([0.0, 1.0, 0.0], self.eye)
         right /= np.linalg.norm(right)
         self.across = np.array([right, np.cross(self.eye, right)])
         plotter.set_background(self.theme.background, all_renderers=False)
-        solids, planes = self._add_scenery(shown, story)
+        solids, planes = self._add_scenery(shown[0], story)
         self._aim(shown, panel.box, solids)
-        self.beam = Beam(self, shown, story, planes)
+        self.beams = [Beam(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
 
     def add(self, mesh: pv.PolyData, width: float = 1.0, **look: Any) -> Any:
         """Add a mesh; lines are as thick as the letters want."""
@@ -154,7 +164,7 @@ class View:
 
     # Camera ---------------------------------------------------------------------------------------------------
 
-    def _aim(self, shown: BeamGeometry, box: Box, solids: list[pv.PolyData]) -> None:
+    def _aim(self, shown: list[BeamGeometry], box: Box, solids: list[pv.PolyData]) -> None:
         """Place the camera so that everything of the runs fits into the box of the panel (pixels).
 
         `pixel` is then the length (m) of a pixel of the picture, `longest_arrow` (m) that of the largest force.
@@ -162,17 +172,21 @@ class View:
         _, _, width, height = box
         focus = np.zeros(3)
         if self.close:
-            self.pixel = _CLOSE * shown.touch_radius / height
+            self.pixel = _CLOSE * shown[0].touch_radius / height
             self.longest_arrow = _CLOSE_ARROW * height * self.pixel
         else:
-            self.longest_arrow = _ARROW * shown.scenario.beam.length
+            self.longest_arrow = _ARROW * shown[0].scenario.beam.length
             places = [np.asarray(solid.points) for solid in solids]
-            places += [shown.centreline(shown.index(t)) for t in np.linspace(shown.times[0], shown.times[-1], 60)]
-            strongest = int(np.argmax(np.nan_to_num(shown.values("lambda_n"))))
-            for place, force in zip(shown.contact_places(strongest), shown.pushes(strongest), strict=True):
-                if self.style.arrow and np.any(force):
-                    start = place - self.longest_arrow * force / np.linalg.norm(force)
-                    places.append(np.append(start, 0.0)[None])
+            for geometry in shown:
+                times = np.linspace(geometry.times[0], geometry.times[-1], 60)
+                places += [geometry.centreline(geometry.index(t)) for t in times]
+                strongest = int(np.argmax(np.nan_to_num(geometry.values("lambda_n"))))
+                for place, force in zip(
+                    geometry.contact_places(strongest), geometry.pushes(strongest), strict=True
+                ):
+                    if self.style.arrow and np.any(force):
+                        start = place - self.longest_arrow * force / np.linalg.norm(force)
+                        places.append(np.append(start, 0.0)[None])
             seen = np.concatenate(places) @ self.across.T
             self.pixel = float(np.max(np.ptp(seen, axis=0) / (0.93 * width, 0.94 * height)))
             focus = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ self.across
@@ -195,9 +209,10 @@ class View:
 
     def move(self, time: float) -> None:
         """Show a physical time (s)."""
-        self.beam.move(time)
+        for beam in self.beams:
+            beam.move(time)
         if self.close:
-            geometry = self.beam.geometry
+            geometry = self.beams[0].geometry
             k = geometry.index(time)
             normal = geometry.contact_normals(k)[geometry.close_contact(k)]
             self.look_at(geometry.contact_place(k) - np.append(0.5 * geometry.touch_radius * normal, 0.0))
@@ -206,14 +221,20 @@ class View:
 class Beam:
     """One beam in a view: its tube, earlier positions, the path of its contact point, the force, shadows."""
 
-    def __init__(self, view: View, geometry: BeamGeometry, story: Story, planes: list[Array]) -> None:
+    def __init__(self, view: View, geometry: BeamGeometry, story: Story, number: int, planes: list[Array]) -> None:
         style, theme = view.style, view.theme
         self.geometry, self._view = geometry, view
-        self._quantity, self._size = style.quantity, story.colours.unit[0]
+        self._quantity = None if story.overlay else style.quantity
+        colour = theme.series[number] if story.overlay else theme.arrow
+        # beams in one place are not to show through each other
+        self._depth = -0.02 * number * float(geometry.radii.max())
         self.mesh = pv.PolyData(geometry.tube(0)[0], geometry.solid.faces)
-        limit = story.colours.limit / self._size
-        self.mesh.point_data["shown"] = geometry.result(self._quantity, 0)
-        look: dict[str, Any] = {"scalars": "shown", "cmap": theme.colour_map, "clim": (-limit, limit)}
+        look: dict[str, Any] = {"color": colour}
+        if self._quantity:
+            self._size = story.colours.unit[0]
+            limit = story.colours.limit / self._size
+            self.mesh.point_data["shown"] = geometry.result(self._quantity, 0)
+            look = {"scalars": "shown", "cmap": theme.colour_map, "clim": (-limit, limit)}
         self._hull = None
         if theme.outline:  # what is seen of a larger beam from inside
             self._edge = view.pixel * view.stroke / SUPERSAMPLING
@@ -224,7 +245,7 @@ class Beam:
         self.actor = view.add(self.mesh, culling="back", show_scalar_bar=False, **look, **_BEAM)
         self.actor.prop.interpolation = "Phong"
         self._shadows = []
-        for shadow in (Shadow(geometry, ends) for ends in planes):
+        for shadow in (Shadow(geometry, ends, number) for ends in planes):
             actor = view.add(shadow.mesh, scalars="tone", rgba=True, lighting=False)
             # it is blended all the same; VTK's pass for translucent things would take half of the time of a frame
             actor.ForceOpaqueOn()
@@ -233,17 +254,18 @@ class Beam:
         self._trace = self._path() if style.trace else None
         if self._trace:
             self._whole = np.array(self._trace.points)
-            view.add(self._trace, color=theme.trace, width=2.0, lighting=False)
+            view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
         contacts = len(geometry.contact_places(0)) if style.arrow else 0
         touched = np.unique(geometry.values("contact_obstacle")) if style.arrow and geometry.anywhere else ()
-        self._bands = {int(obstacle): Band(view) for obstacle in touched}
-        self._forces = [Force(view) for _ in range(contacts)]
+        self._bands = {int(obstacle): Band(view, colour) for obstacle in touched}
+        self._forces = [Force(view, colour) for _ in range(contacts)]
 
     def move(self, time: float) -> None:
         """Take shapes, results and force of a physical time (s)."""
         k = self.geometry.index(time)
         self._place(k)
-        self.mesh.point_data["shown"] = np.nan_to_num(self.geometry.result(self._quantity, k)) / self._size
+        if self._quantity:
+            self.mesh.point_data["shown"] = np.nan_to_num(self.geometry.result(self._quantity, k)) / self._size
         for shadow, actor in self._shadows:
             actor.visibility = shadow.move(k)
         self._show_ghosts(time)
@@ -260,6 +282,7 @@ class Beam:
 
     def _place(self, k: float) -> None:
         points, normals = self.geometry.tube(k)
+        points[:, 2] += self._depth
         self.mesh.points = points
         self.mesh.point_data["Normals"] = normals
         self.mesh.point_data.active_normals_name = "Normals"
@@ -270,7 +293,7 @@ class Beam:
         """Path of the contact point, in front of the beam, so that it is seen where it was."""
         samples = np.unique(np.linspace(0, self.geometry.times.size - 1, _TRACE_POINTS).astype(int))
         self._trace_times = self.geometry.times[samples]
-        depth = 1.2 * self.geometry.half_width
+        depth = 1.2 * self.geometry.half_width + self._depth
         return pv.lines_from_points(np.array([[*self.geometry.contact_point(k), depth] for k in samples]))
 
     def _add_ghosts(self) -> list[Any]:
@@ -302,9 +325,9 @@ class Beam:
 class Band:
     """The zone of contact with one obstacle: a line on the face of the beam that touches it."""
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: View, colour: str) -> None:
         self._mesh = pv.lines_from_points(np.zeros((_ZONE_POINTS, 3)))
-        inks = ((view.theme.background, 9.0), (view.theme.arrow, 6.0))
+        inks = ((view.theme.background, 9.0), (colour, 6.0))
         self._actors = [view.add(self._mesh, color=ink, width=width, lighting=False) for ink, width in inks]
         for depth, actor in enumerate(self._actors, start=1):
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
@@ -324,14 +347,14 @@ class Band:
 class Force:
     """The force of one contact: a mark at its place and an arrow that ends there."""
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: View, colour: str) -> None:
         self._view, theme = view, view.theme
         # half of its length is its head, which has the radius 1, the shaft has 0.5
         self._arrow = pv.Arrow(tip_length=0.5, tip_radius=1.0, shaft_radius=0.5, tip_resolution=24)
         self._unit_arrow = np.array(self._arrow.points, dtype=float)
         self._marks = [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
         # all of it is drawn at one depth, where faces that look away would cover those in front of them
-        self._actors = [view.add(self._arrow, color=theme.arrow, culling="back", ambient=0.6, diffuse=0.5)]
+        self._actors = [view.add(self._arrow, color=colour, culling="back", ambient=0.6, diffuse=0.5)]
         for mark, ink, size in zip(self._marks, (theme.ink, theme.background), (8.0, 5.5), strict=True):
             point = {"render_points_as_spheres": True, "point_size": size * view.stroke}
             self._actors.append(view.add(mark, color=ink, lighting=False, **point))
@@ -368,12 +391,13 @@ class Shadow:
 
     VTK's own shadow maps have hard edges and take longer than all the rest of a frame in software OpenGL.
 
-    It falls on the plane across the plane of motion through the `ends` (2, 2) of a line (m).
+    It falls on the plane across the plane of motion through the `ends` (2, 2) of a line (m).  The shadows of
+    several beams, by their `number` from 0, do not lie in one plane.
     """
 
-    def __init__(self, geometry: BeamGeometry, ends: NDArray[np.float64]) -> None:
+    def __init__(self, geometry: BeamGeometry, ends: NDArray[np.float64], number: int) -> None:
         self._geometry, self._ends = geometry, ends
-        self._lift = _SHADOW_LIFT * geometry.touch_radius
+        self._lift = _SHADOW_LIFT * (number + 1) * geometry.touch_radius
         # points along the beam, row by row across the strip
         self.mesh = pv.Plane(i_resolution=geometry.stations.size - 1, j_resolution=_SHADOW_PROFILE.size - 1)
         self.mesh.clear_data()

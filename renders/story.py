@@ -107,6 +107,11 @@ class Story:
         words = next(iter(self.beam[1:2]), "")
         return ": ".join(filter(None, [self.title, words])) if self.title else words[:1].upper() + words[1:]
 
+    @property
+    def overlay(self) -> bool:
+        """Whether several beams are drawn over each other, in one colour each."""
+        return self.style.layout == "overlay" and len(self.geometries) > 1
+
     @cached_property
     def colours(self) -> ColourScale:
         """One scale for all runs."""

@@ -24,6 +24,7 @@ TEXT = 10.0  # points: size of text on a slide
 
 ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
+Layout = Literal["side-by-side", "overlay"]
 Colour = Literal["bending_stress", "axial_stress", "moment", "shear", "axial_force", "section_rotation"]
 
 _SHEET = Path(__file__).with_name("figures.mplstyle")
@@ -164,6 +165,8 @@ class Style:
         Factor; None chooses it.
     charts, inset, ghosts, trace, arrow, ground : bool
         What is shown; the ground with the shadows of the beam, which fall on the slope too.
+    layout : {"side-by-side", "overlay"}
+        Of several histories.
     title : str or None
         At the top of a still or a film; None: the name of the run, empty: no line there.
     letters : float
@@ -188,6 +191,7 @@ class Style:
     trace: bool = True
     arrow: bool = True
     ground: bool = True
+    layout: Layout = "side-by-side"
     letters: float = TEXT
     dpi: float | None = None
     text: bool = True
@@ -198,6 +202,7 @@ class Style:
             ("--theme", self.theme, ThemeName),
             ("--camera", self.camera, CameraName),
             ("--colour", self.quantity, Colour),
+            ("--layout", self.layout, Layout),
         ):
             if name not in get_args(names):
                 raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")

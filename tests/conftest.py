@@ -6,6 +6,7 @@ import gc
 import os
 import shutil
 import signal
+import subprocess
 import sys
 
 import pytest
@@ -64,6 +65,23 @@ def refused(cli):
         return err
 
     return call
+
+
+@pytest.fixture(scope="session")
+def display():
+    """An X server without a screen, by the name of its display."""
+    server = shutil.which("Xvfb")
+    if server is None:
+        pytest.skip("there is no X server (Debian: xvfb)")
+    reader, writer = os.pipe()
+    words = [server, "-displayfd", str(writer), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
+    process = subprocess.Popen(words, pass_fds=[writer], stderr=subprocess.DEVNULL)
+    os.close(writer)
+    with os.fdopen(reader) as pipe:
+        number = pipe.readline().strip()
+    yield f":{number}"
+    process.terminate()
+    process.wait()
 
 
 @pytest.fixture(scope="session")

@@ -32,6 +32,7 @@ ThemeOption = Annotated[
 ]
 Letters = Annotated[float | None, Option(help="Size of text (points); default 10.")]
 Dpi = Annotated[float | None, Option(help="Pixels per inch; default: the picture fills a slide.")]
+LayoutName = Annotated[str, Option(help="Of several histories: side-by-side or overlay.")]
 Names = Annotated[list[str] | None, Option("--name", help="What a history is called; repeatable.")]
 Format = Annotated[str | None, Option("--format", help="pvd, xdmf or csv; default: as the suffix of --out says.")]
 Every = Annotated[
@@ -60,6 +61,7 @@ def render(
     theme: ThemeOption = None,
     letters: Letters = None,
     dpi: Dpi = None,
+    layout: LayoutName = "side-by-side",
     names: Names = None,
     bare: Annotated[bool, Option("--bare", help="Nothing but beam, slope and pin.")] = False,
     as_json: JsonOption = False,
@@ -73,7 +75,7 @@ def render(
     from oblique_impact.renders.style import BARE, Style
 
     look: dict[str, Any] = dict(BARE) if bare else {}
-    look |= {"camera": camera, "quantity": colour, "deformation": deformation}
+    look |= {"camera": camera, "quantity": colour, "deformation": deformation, "layout": layout}
     given = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
     look |= {name: value for name, value in given.items() if value is not None}
     if size:

@@ -48,6 +48,25 @@ def test_the_fit_of_the_readme_finds_what_its_data_were_made_with(monkeypatch):
         assert low < true < high < 2.0 * low
 
 
+HIGHEST = {"angle": 85, "friction": 1.0, "rigid": True, "stiffness": 1e7, "damping": 1e-4, "modes": 8}
+
+
+def test_the_page_of_knobs_shows_the_run_that_its_knobs_ask_for():
+    """As it opens it is the paper's case but for the frame; at the upper ends of all knobs it runs too."""
+    pytest.importorskip("marimo")
+    app = runpy.run_path(str(ROOT / "examples" / "explore.py"))["app"]
+    outputs, names = app.run()
+    assert names["history"].scenario == Scenario.builtin("paper").replace(discretization__frame="mean-axis")
+    assert "<iframe" in outputs[-1].text
+    _, names = app.run(defs={"settings": HIGHEST})
+    scenario = names["history"].scenario
+    assert scenario.initial.angle == pytest.approx(np.radians(85))
+    assert scenario.contact.mu_static == scenario.contact.mu_kinetic == 1.0
+    assert scenario.contact.normal == "rigid"
+    assert (scenario.beam.kelvin_voigt, scenario.discretization.modes) == (1e-4, 8)
+    assert names["history"].outcome.label == "completed"
+
+
 def test_the_tutorial_runs_cell_by_cell(tmp_path, monkeypatch):
     kept = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
     assert kept == notebook(), "python -m docs.notebook writes it anew"

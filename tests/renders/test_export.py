@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,8 +23,7 @@ from oblique_impact.history.provenance import provenance, provenance_line
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.renders import export
 from oblique_impact.renders.exports import FRAMES, chosen_samples
-from oblique_impact.renders.geometry import QUANTITIES, SIDES, BeamGeometry
-from tests.refusals import refused_in_one_line
+from oblique_impact.renders.geometry import SIDES, BeamGeometry
 
 FORMATS = ("pvd", "xdmf")
 PARTS = {"surface", "centreline", "reference", "pin", "contact_point", "slope"}
@@ -165,7 +167,7 @@ def leaves(data):
     return [leaf for k in range(data.GetNumberOfBlocks()) if data.GetBlock(k) for leaf in leaves(data.GetBlock(k))]
 
 
-@pytest.fixture(scope="module", params=[0.0, 1.68, 700.0])
+@pytest.fixture(scope="module", params=[0.0, 0.8, 1.68, 2.5, 3.68, 7.68, 700.0])
 def late(run, request, tmp_path_factory):
     """An XDMF export of a run that begins at some time (s), and the samples that are its frames."""
     history = run(*PAPER)
@@ -196,6 +198,42 @@ def test_readers_of_xdmf_have_every_frame_apart_and_in_order(late):
     frames = read_xdmf(file)
     assert [frame.stamp for frame in frames] == stamps
     assert [frame.parts["contact_point"]["gap_rate"].item() for frame in frames] == rates.tolist()
+
+
+@pytest.mark.skipif(shutil.which("pvpython") is None, reason="there is no ParaView")
+@pytest.mark.parametrize("reader", ["XDMFReader", "Xdmf3ReaderS", "PVDReader"])
+def test_readers_of_paraview_have_every_frame_apart_and_in_order(run, tmp_path, display, reader):
+    history, suffix = run(*PAPER), "pvd" if reader == "PVDReader" else "xdmf"
+    file = export(history, tmp_path / f"beam.{suffix}", every=1000).file
+    option = "FileNames" if reader == "XDMFReader" else "FileName"
+    (tmp_path / "look.py").write_text(PARAVIEW.format(reader=reader, option=option, file=str(file)))
+    words, place = ["pvpython", str(tmp_path / "look.py")], {**os.environ, "DISPLAY": display}
+    done = subprocess.run(words, capture_output=True, text=True, env=place, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = [tuple(map(float, line.split())) for line in done.stdout.splitlines()]
+    samples = chosen_samples(history, 1000)
+    rates = history["gap_rate"].values[samples]
+    assert [(parts, rate) for _, parts, rate in found] == [(6, rate) for rate in rates.tolist()]
+    np.testing.assert_allclose([t for t, *_ in found], history["time"].values[samples], rtol=0.0, atol=1e-15)
+
+
+#: prints of each time: number of meshes, rate of the gap of the contact point
+PARAVIEW = """
+from paraview.simple import {reader}
+from paraview import servermanager
+
+reader = {reader}({option}={file!r})
+for time in list(reader.TimestepValues):
+    reader.UpdatePipeline(time)
+    walk = servermanager.Fetch(reader).NewIterator()
+    walk.InitTraversal()
+    meshes = []
+    while not walk.IsDoneWithTraversal():
+        meshes.append(walk.GetCurrentDataObject())
+        walk.GoToNextItem()
+    rates = [mesh.GetPointData().GetArray("gap_rate") for mesh in meshes]
+    print(repr(time), len(meshes), *(repr(rate.GetValue(0)) for rate in rates if rate))
+"""
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -235,32 +273,6 @@ def test_a_table_of_the_time_series_is_read_back_as_it_was(run, tmp_path):
     pd.testing.assert_frame_equal(table.set_axis(names, axis=1), series, check_dtype=False, rtol=1e-15)
     some = export(history, tmp_path / "some.csv", between=(0.1, 0.2), every=10)
     assert 0.1 <= pd.read_csv(some.file)["time (s)"].iloc[0] < 0.102
-
-
-# The mesh at a time --------------------------------------------------------------------------------------------
-
-
-def test_the_mesh_at_a_time_is_the_beam_with_its_results(run):
-    history = run(*PAPER)
-    pressed = float(history["time"].values[int(np.argmax(np.nan_to_num(history["lambda_n"].values)))])
-    mesh, geometry = history.to_pyvista(pressed), BeamGeometry(history, 1.0)
-    k = geometry.index(pressed)
-    np.testing.assert_array_equal(mesh.points, geometry.tube(k)[0])
-    for name in QUANTITIES:
-        np.testing.assert_array_equal(mesh[name], geometry.result(name, k))
-    # the bending stress at the outer fibre is that of the history (Pa), the axis that of the beam (m)
-    ends, stress = np.abs(mesh["bending_stress"]).max(), history.section_forces()["bending_stress"]
-    assert ends == pytest.approx(float(np.abs(stress.interp(time=pressed)).max()), rel=1e-2)
-    assert mesh.active_scalars_name == "bending_stress"
-    assert float(mesh.field_data["time"][0]) == pressed
-    assert dict(line.split(" = ") for line in mesh.field_data["units"]) == {"points": "m", **QUANTITIES}
-    larger = history.to_pyvista(pressed, deformation=5.0)
-    np.testing.assert_array_equal(larger["bending_stress"], mesh["bending_stress"])
-    assert np.abs(larger.points - mesh.points).max() > 1e-3
-    with refused_in_one_line(start="time = 9.0: should be from 0 to 0.34 s"):
-        history.to_pyvista(9.0)
-    with refused_in_one_line(start="--deformation 0.0: should be a positive number"):
-        history.to_pyvista(0.1, deformation=0.0)
 
 
 # Samples ------------------------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ def scales_of(composer):
 def alone(story, time, **changes):
     """The picture of the beams and what stands around them, as integers; and the scene, which is closed."""
     style = replace(story.style, **(BARE | changes))
-    scene = Scene(story, [Panel((0, 0, *SIZE), 0)], SIZE, style)
+    scene = Scene(story, [Panel((0, 0, *SIZE), range(len(story.geometries)))], SIZE, style)
     picture = scene.draw(time).astype(int)
     return scene, picture
 
@@ -87,7 +87,7 @@ def test_the_close_view_shows_each_of_the_sides_that_the_beam_strikes_and_none_f
     for collision in story.histories[0].macro_collisions:
         k = geometry.index(collision["start"])
         assert geometry.closed(k)[geometry.close_contact(k)]
-    scene = Scene(story, [Panel((0, 0, *SIZE), 0, close=True)], SIZE)
+    scene = Scene(story, [Panel((0, 0, *SIZE), [0], close=True)], SIZE)
     scene.close()
     assert all(scene.views[0].eye[:2] @ obstacle.normal >= 0.0 for obstacle in story.obstacles)
 
@@ -102,7 +102,7 @@ def test_the_eye_is_on_the_side_of_the_beam_and_not_behind_the_stop(run, case):
 
 def test_the_close_view_of_a_wide_strip_looks_along_the_line_on_which_it_touches(run):
     story = story_of([run("paper", *SLENDER)], Style(size=SIZE))
-    scene = Scene(story, [Panel((0, 0, *SIZE), 0, close=True)], SIZE)
+    scene = Scene(story, [Panel((0, 0, *SIZE), [0], close=True)], SIZE)
     near = story.geometries[0].near_places(0)
     ends = projected(scene, np.concatenate([near, near * (1.0, 1.0, -1.0)]))
     scene.close()
@@ -262,7 +262,7 @@ def test_several_runs_share_one_scale_and_one_factor(run):
     with Composer(both) as composer:
         composer.draw(0.1)
         found = words(composer)
-        ranges = [view.beam.actor.mapper.scalar_range for view in composer.scene.views]
+        ranges = [view.beams[0].actor.mapper.scalar_range for view in composer.scene.views]
         assert scales_of(composer) == 2 * [[text for _, text in both.colours.ticks]]
     assert {"a", "b"} <= set(found)
     limit = both.colours.limit / both.colours.unit[0]
@@ -271,10 +271,15 @@ def test_several_runs_share_one_scale_and_one_factor(run):
 
 @pytest.mark.parametrize(
     "style",
-    [Style((360, 640), theme="dark"), Style.of("paper", size=(480, 270), dpi=None)],
+    [
+        Style((360, 640), theme="dark"),
+        Style((480, 270), layout="overlay"),
+        Style.of("paper", size=(480, 270), dpi=None),
+    ],
 )
 def test_sizes_themes_and_presets(run, style):
-    story = story_of([run("paper")], style)
+    runs = [run("paper"), run("mid-span")] if style.layout == "overlay" else [run("paper")]
+    story = story_of(runs, style, ["a", "b"][: len(runs)])
     with Composer(story, make_timeline(story.time_map, frames=10)) as composer:
         picture = composer.draw(0.3232, 0.01)
     assert picture.shape == (style.size[1], style.size[0], 3)
