@@ -70,8 +70,6 @@ package: install
 
 bench: install
 	$(BIN)/python benchmarks/bench.py
-	$(BIN)/python benchmarks/nodal.py
-	$(BIN)/python benchmarks/films.py
 
 clean:
 	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png examples/*.svg examples/measured/*.svg examples/*.gif *.egg-info

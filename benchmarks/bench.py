@@ -3,8 +3,7 @@
     python benchmarks/bench.py [TURNS]      some minutes; keeps docs/speed.csv
 
 Both sides of a ratio take turns, and processor time is what counts, so that other work on the machine affects both
-alike; the median of the turns' ratios is kept.  Films are measured by `films.py`, work over precision by
-`work_precision.py`.
+alike; the median of the turns' ratios is kept.  Work over precision is measured by `work_precision.py`.
 """
 
 from __future__ import annotations
@@ -13,22 +12,20 @@ import os
 import sys
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from oblique_impact.machine import THREADS
 
 os.environ.update(dict.fromkeys(THREADS, "1"))  # before anything loads NumPy
 
-import many_contacts
-import nodal
-import sweep
 import work_precision
-from measuring import call_cost, median_ratio, print_table, process_cost, write_csv
+from measuring import march_cost, median_ratio, print_table, process_cost, write_csv
 
 from oblique_impact import Scenario
-from oblique_impact.beam_problem import beam_of, beam_problem
-from oblique_impact.marching.loop import Run
 from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.validation import sweep
+from oblique_impact.validation.studies.design import make_plan
 
 STORE = Path(__file__).parents[1] / "docs" / "speed.csv"
 IMPORTS = "import numpy, scipy.linalg, numba, xarray, h5netcdf"
@@ -61,31 +58,108 @@ def start_up(turns: int) -> Iterator[Row]:
 
 def many_modes(turns: int) -> Iterator[Row]:
     """Yield the marching of sixteen mean-axis modes over the imports."""
-
-    def march() -> float:
-        return call_cost(Run(beam_problem(beam_of(Scenario.builtin("paper", SIXTEEN)))).execute)[0]
-
+    march = partial(march_cost, Scenario.builtin("paper", SIXTEEN))
     march()
     yield "marching 1 s with 16 mean-axis modes over imports", median_ratio(turns, march, imports), "1.1"
 
 
+# Steps of the full nodal model ----------------------------------------------------------------------------------
+
+NODAL = (
+    *("contact.normal=spring", "contact.friction=frictionless", "discretization.method=fem"),
+    *("discretization.modes=0", "solver.output_interval=0.05"),
+)
+#: at rest on a soft stop, and a flight far above the slope; in the steps of the built-in cases (s)
+CONTACT = (
+    *("slope.origin=[0.0, 0.0]", "slope.angle=0.0", "initial.angle=0.0"),
+    *("contact.stiffness=1e4", "solver.rho_infinity=0.0"),
+)
+KINDS = {"contact": (CONTACT, 1e-6), "flight": (("slope.origin=[0.0, -5.0]",), 1e-4)}
+STEPS = {128: 2000, 1024: 250}  # of a run, by the number of elements
+
+
+def step_cost(elements: int, kind: str) -> float:
+    """Return the processor seconds of one step."""
+    changes, step = KINDS[kind]
+    mesh = (f"discretization.elements={elements}", f"end_time={STEPS[elements] * step}")
+    return march_cost(Scenario.builtin("paper", [*NODAL, *changes, *mesh])) / STEPS[elements]
+
+
 def nodal_steps(turns: int) -> Iterator[Row]:
     """Yield the costs of steps of the nodal model over each other."""
-    for name, ratio in nodal.step_ratios(nodal.step_costs(turns)).items():
-        yield f"nodal step, {name}", ratio, "1.5" if name.startswith("flight") else "9"
+    for kind in KINDS:
+        step_cost(128, kind)
+    for elements in STEPS:
+        flight, contact = (partial(step_cost, elements, kind) for kind in ("flight", "contact"))
+        ratio = median_ratio(turns, flight, contact)
+        yield f"nodal step, flight over contact, {elements:,} elements", ratio, "1.5"
+    for kind in KINDS:
+        ratio = median_ratio(turns, partial(step_cost, 1024, kind), partial(step_cost, 128, kind))
+        yield f"nodal step, 1,024 over 128 elements, {kind}", ratio, "9"
+
+
+# Time-stepping --------------------------------------------------------------------------------------------------
+
+
+def on_pegs(pegs: int, elements: int) -> Scenario:
+    """Return a beam at rest on pegs from a fifth of its length on, all of which it presses."""
+    places = [0.2 + 0.75 * i / max(pegs - 1, 1) for i in range(pegs)] if pegs > 1 else [0.7]
+    step = 5e-6  # s
+    return Scenario.builtin("slap").adapted(
+        beam__kelvin_voigt=1e-3,
+        discretization__elements=elements,
+        end_time=2_000 * step,
+        initial__angle=0.0,
+        obstacles=[{"kind": "point", "origin": [place, -1e-3], "radius": 1e-3} for place in places],
+        solver__free_step=step,
+        solver__contact_step=step,
+    )
 
 
 def time_stepping(turns: int) -> Iterator[Row]:
     """Yield the marching of `slap` over the imports, and costs of steps with many contacts over each other."""
-    many_contacts.slap()
-    yield "marching `slap` over imports", median_ratio(turns, many_contacts.slap, imports), "2"
-    for (name, ratio), aim in zip(many_contacts.ratios(turns).items(), ("3", "10"), strict=True):
-        yield f"time-stepping, {name}", ratio, aim
+    slap, one, ten, coarse, fine = (
+        partial(march_cost, scenario)
+        for scenario in (
+            Scenario.builtin("slap"),
+            *(on_pegs(pegs, elements) for pegs, elements in ((1, 64), (10, 64), (10, 128), (10, 1024))),
+        )
+    )
+    for march in (slap, one):
+        march()  # compiles what is missing
+    yield "marching `slap` over imports", median_ratio(turns, slap, imports), "2"
+    yield "time-stepping, ten closed contacts over one, 64 elements", median_ratio(turns, ten, one), "3"
+    yield "time-stepping, 1,024 over 128 elements, ten contacts", median_ratio(turns, fine, coarse), "10"
+
+
+# Others ---------------------------------------------------------------------------------------------------------
+
+SWEEP = """
+quantities = ["impulse", "energy_final"]
+changes.solver.output_interval = 0.01
+[[axes]]
+keys = ["contact.mu_static", "contact.mu_kinetic"]
+range = [0.0, 0.6]
+count = {frictions}
+[[axes]]
+key = "slope.angle"
+range = [0.2, 0.4]
+count = 32
+"""
 
 
 def sweeps(turns: int) -> Iterator[Row]:
-    """Yield the time of a sweep over that of its runs."""
-    yield "sweep of 1,000 runs over its runs", sweep.cost(1000)["wall"], f"{sweep.ASKED}"
+    """Yield the wall time of a sweep, times its processes, over the time that its runs take by themselves.
+
+    A first, short one starts the processes and loads the kernels.
+    """
+    workers = 2
+    with tempfile.TemporaryDirectory() as folder:
+        for frictions in (4, 32):
+            plan = make_plan(SWEEP.format(frictions=frictions))
+            result = sweep(plan, f"{folder}/{frictions}", workers=workers)
+    assert set(result.outcomes) == {"completed"}, result.outcomes
+    yield "sweep of 1,000 runs over its runs", result.seconds * workers / result.frame["wall_time"].sum(), "1.15"
 
 
 def others(turns: int) -> Iterator[Row]:

@@ -16,6 +16,11 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from oblique_impact import Scenario
+from oblique_impact.beam_problem import beam_of, beam_problem
+from oblique_impact.marching.several import run_of
+from oblique_impact.marching.stepped import SteppedRun
+
 
 def process_cost(arguments: list[str], **environment: str) -> float:
     """Return the processor seconds of a Python process and of those that it starts."""
@@ -35,6 +40,12 @@ def call_cost(call: Callable[[], Any]) -> tuple[float, Any]:
     started = time.process_time()
     result = call()
     return time.process_time() - started, result
+
+
+def march_cost(scenario: Scenario) -> float:
+    """Return the processor seconds of marching."""
+    kind = SteppedRun if scenario.solver.scheme == "time-stepping" else run_of
+    return call_cost(kind(beam_problem(beam_of(scenario))).execute)[0]
 
 
 def median_ratio(turns: int, one: Callable[[], float], other: Callable[[], float]) -> float:

@@ -2,8 +2,8 @@
 Friction and slope
 ==================
 
-Ten thousand runs of the paper's case, 1 s each, over the angle of the slope and both friction coefficients. The
-numbers are kept beside this page; ``benchmarks/friction_slope.py`` computes them in some minutes on two cores.
+Ten thousand runs of the paper's case, 1 s each, over the angle of the slope and both friction coefficients: the
+sweep ``docs/studies/friction-slope.toml``, of some minutes on two cores. Columns of its table are kept beside this page.
 """
 
 import json

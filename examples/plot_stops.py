@@ -3,8 +3,8 @@ A strip between stops
 =====================
 
 A clamped steel strip on a shaken base, 2 mm from one stop or between two: its steady response at 200 frequencies,
-up and down, each from the state in which the one before has ended: the sweep ``docs/studies/stops.toml``. Its
-numbers are kept beside this page; ``benchmarks/stops.py`` computes them in two minutes and a quarter on two cores.
+up and down, each from the state in which the one before has ended: the sweep ``docs/studies/stops.toml``, of
+two minutes and a quarter on two cores. Columns of its table, results.parquet, are kept beside this page.
 """
 
 from pathlib import Path

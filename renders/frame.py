@@ -166,7 +166,7 @@ class Composer:
     def _keep(self, name: str, text: Text) -> None:
         """Redraw a text in each frame."""
         self._texts[name] = text
-        self.sheet.move(text, beside=True)
+        self.sheet.move(text)
 
     # Frames ---------------------------------------------------------------------------------------------------
 

@@ -35,9 +35,6 @@ class Sheet:
         self.figure.set_facecolor(self.theme.background)
         self._canvas: Any = FigureCanvasAgg(self.figure)
         self._moving: list[Any] = []
-        self._beside: set[Text] = set()
-        # of the texts beside pictures: what was said in which colour, where, and how it looked
-        self._drawn_texts: dict[Text, tuple[Any, tuple[slice, slice], NDArray[np.uint8]]] = {}
 
     def points(self, size: float) -> float:
         """Return the size (points) on this sheet of text that has some size at the letters of `TEXT`."""
@@ -66,15 +63,11 @@ class Sheet:
         } | how
         return self.figure.text(left, self.size[1] - top, text, transform=None, **look)
 
-    def move(self, *artists: Any, beside: bool = False) -> None:
-        """Redraw artists in each frame.
-
-        Texts that stand `beside` the pictures, on what does not change, are copied while they say the same.
-        """
+    def move(self, *artists: Any) -> None:
+        """Redraw artists in each frame."""
         for artist in artists:
             artist.set_animated(True)
         self._moving += artists
-        self._beside |= set(artists) if beside else set()
 
     def width_of(self, text: Text) -> float:
         """Return the width (pixels) of what is written."""
@@ -143,20 +136,4 @@ class Sheet:
     def draw_moving(self) -> None:
         """Draw what moves over the pixels of the canvas."""
         for artist in self._moving:
-            if artist in self._beside:
-                self._draw_text(artist)
-            else:
-                self.figure.draw_artist(artist)
-
-    def _draw_text(self, text: Text) -> None:
-        said = text.get_text(), text.get_color()
-        known = self._drawn_texts.get(text)
-        if known is None or known[0] != said:
-            self.figure.draw_artist(text)
-            (x0, y0), (x1, y1) = text.get_window_extent(self._canvas.get_renderer()).get_points().tolist()
-            rows = slice(max(int(self.size[1] - y1) - 2, 0), int(self.size[1] - y0) + 3)
-            place = rows, slice(max(int(x0) - 2, 0), int(x1) + 3)
-            self._drawn_texts[text] = said, place, self.canvas[place].copy()
-        else:
-            _, place, pixels = known
-            self.canvas[place] = pixels
+            self.figure.draw_artist(artist)

@@ -27,9 +27,6 @@ CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
 Colour = Literal["bending_stress", "axial_stress", "moment", "shear", "axial_force", "section_rotation"]
 
-#: results by names that they had, and by those that variables of a history have
-_RENAMED = {"bending_moment": "moment", "shear_force": "shear"}
-
 _SHEET = Path(__file__).with_name("figures.mplstyle")
 
 
@@ -201,8 +198,6 @@ class Style:
     title: str | None = None
 
     def __post_init__(self) -> None:
-        if self.quantity in _RENAMED:
-            raise InputError(f"--colour {self.quantity}: is now called {_RENAMED[self.quantity]}")
         for option, name, names in (
             ("--theme", self.theme, ThemeName),
             ("--camera", self.camera, CameraName),

@@ -74,12 +74,6 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-def cpu_time(pid: int) -> float:
-    """Processor time (s) that a process has taken: a busy machine does not change what it has done by then."""
-    ticks = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
-    return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
-
-
 def interrupt(process: subprocess.Popen[str], *, group: bool, number: int = signal.SIGINT) -> str:
     """Interrupt a command and wait until it is gone; returns what it said on standard error."""
     children = descendants(process.pid)

@@ -1,8 +1,11 @@
-"""Small mechanical systems with closed-form motions, shared by the unit tests."""
+"""Small mechanical systems with closed-form motions and a contact law of a user, shared by the unit tests."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from oblique_impact import MechanicalSystem
+from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.kernels.system import ContactRows
 
 
@@ -48,3 +51,16 @@ class Prescribed(MechanicalSystem):
 
     def energy(self, t, q, qd):
         return 0.5 * float(qd[0]) ** 2, 0.0, -self.acceleration * float(q[0])
+
+
+@dataclass(frozen=True)
+class PowerLaw(ContactLaw):
+    """Hertz's stop; with an exponent of 1 the built-in one. One class, which is compiled once."""
+
+    stiffness: float = 1e6
+    exponent: float = 1.5
+    damping: float = 0.0
+
+    @staticmethod
+    def normal_force(depth, rate, stiffness, exponent, damping):
+        return stiffness * depth**exponent * (1.0 + damping * rate)

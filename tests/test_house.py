@@ -86,6 +86,16 @@ def test_validation_marches_by_public_calls_alone():
     assert wrong == []
 
 
+def test_pictures_need_a_history_file_alone():
+    """What makes histories is not imported by what draws them, nowhere in it."""
+    makers = {"marching", "beam_problem", "simulation", "continuing", "modal", "fem_beam", "validation"}
+    wrong = []
+    for module, file in modules().items():
+        if module.startswith("oblique_impact.renders"):
+            wrong += [f"{module} imports {name}" for name in imported(file) if makers & set(name.split(".")[1:2])]
+    assert wrong == []
+
+
 def test_no_circle_of_modules():
     known = modules()
     left = {}

@@ -102,27 +102,20 @@ def test_the_table_of_an_export_has_no_place_for_them_but_the_command_says_them(
 
 
 REFINE = "refine paper --set end_time=0.33 --modes 1,2,3 --quantity impulse --workers 2"
-VALIDATE = "validate --only rigid-impact.tip-mass --only rigid-impact.restitution --workers 2"
 
 
-@pytest.mark.parametrize(
-    "words",
-    ["run paper --set end_time=0.33", REFINE, pytest.param(VALIDATE, marks=pytest.mark.slow)],
-    ids=lambda words: words.split()[0],
-)
-def test_a_command_leaves_them_to_its_own_output(run, tmp_path, words):
+def test_a_command_leaves_them_to_its_own_output(run, tmp_path):
     """Python's form of them is on no stream, of no process of it."""
     run("paper", "end_time=0.33")  # the kernels are compiled
     done = subprocess.run(
-        [*COMMAND, *words.split(), "--out", str(tmp_path)],
+        [*COMMAND, *REFINE.split(), "--out", str(tmp_path)],
         capture_output=True,
         text=True,
         env={**os.environ, "PYTHONWARNINGS": "always::UserWarning"},
     )
     assert done.returncode == 0, done.stderr
     assert "SimulationWarning" not in done.stdout + done.stderr
-    if words != VALIDATE:
-        assert (done.stdout + done.stderr).count("no limit as modes or elements are added: times") == 1
+    assert (done.stdout + done.stderr).count("no limit as modes or elements are added: times") == 1
 
 
 def test_what_runs_many_scenarios_does_not_warn_of_each():

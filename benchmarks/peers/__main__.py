@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from many_contacts import cost
-from measuring import print_table
+from measuring import march_cost, print_table
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.errors import InputError
@@ -29,7 +28,7 @@ def _ours(scenario: Scenario, elements: int, step: float) -> Found:
     changed = scenario.replace(discretization__elements=elements, solver__contact_step=step, **places)
     history = simulate(changed)  # compiles what is missing
     impulse = sum(collision["normal_impulse"] for collision in history.summary["macro_collisions"])
-    return Found(impulse, max(0.0, -float(history["gap"].min())), cost(changed))
+    return Found(impulse, max(0.0, -float(history["gap"].min())), march_cost(changed))
 
 
 def runs(problem: str, scenario: Scenario) -> Iterator[tuple[str, str, Callable[[], Found]]]:

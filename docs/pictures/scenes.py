@@ -27,10 +27,10 @@ def film() -> Image.Image:
     tiles = [
         ("a still of a run", [paper()], Style(SIZE)),
         ("--theme dark", [paper()], Style(SIZE, "dark")),
+        ("--theme print", [paper()], Style(SIZE, "print")),
         ("--bare", [paper()], Style(SIZE, **BARE)),
         ("--colour moment", [paper()], Style(SIZE, quantity="moment")),
         ("two runs", [paper(), smooth], Style(SIZE)),
-        ("--layout overlay", [paper(), smooth], Style(SIZE, layout="overlay")),
     ]
     return sheet([(name, still(runs, style)) for name, runs, style in tiles])
 

@@ -335,13 +335,6 @@ class Scenario(InputSection):
         near = consistency.ON_NODE * self.beam.length
         return tuple(x for x in self.beam_points if abs(x - self.contact.point) > near)
 
-    @property
-    def initial_angular_velocity(self) -> float:
-        """Angular velocity of the root at t = 0 (rad/s)."""
-        if self.root.kind == "driven":
-            return self.root.spin_rate if self.root.profile == "constant-speed" else 0.0
-        return self.initial.angular_velocity
-
     # --- files
 
     @classmethod

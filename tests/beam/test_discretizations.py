@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from oblique_impact import Scenario, modal, natural_frequencies
-from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.fem_beam import reduction
 
@@ -54,19 +53,3 @@ def test_operators_are_kept_for_equal_beams_alone(change):
     fresh = modal.build_operators(other)
     for name in ("M1", "S", "P", "contact_shape"):
         np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name))
-
-
-@pytest.mark.parametrize("method", ["modal", "fem"])
-def test_the_cross_sections_of_a_beam_are_made_once(method):
-    """Whatever else is in the scenario: operators hold those that everyone else is given."""
-    # of a beam that is in no other test: of those some are forgotten sooner than their operators
-    scenario = Scenario().replace(
-        discretization__method=method, beam__density={"modal": 2713.1, "fem": 2713.2}[method]
-    )
-    sections = build_operators(scenario).sections
-    assert Sections.from_scenario(scenario.replace(end_time=0.5, gravity=1.6)) is sections
-    assert Sections.from_scenario(scenario.replace(beam__density=3000.0)).mass == pytest.approx(
-        sections.mass * 3000.0 / scenario.beam.density, rel=1e-14
-    )
-    hub = scenario.replace(root__kind="hub", root__inertia=0.1, root__hub_radius=0.2)
-    assert (Sections.from_scenario(hub).hub_inertia, Sections.from_scenario(hub).hub_radius) == (0.1, 0.2)

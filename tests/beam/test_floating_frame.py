@@ -150,27 +150,6 @@ def test_full_mass_matrix_is_positive_where_the_first_order_is_not():
     assert lowest[0] < 0.0 < lowest[1]
 
 
-@pytest.mark.parametrize("damping", ["kelvin_voigt", "mass_proportional", "modal_damping_ratio"])
-def test_damping(damping):
-    value = {"kelvin_voigt": 2e-5, "mass_proportional": 3.0, "modal_damping_ratio": 0.04}[damping]
-    name = "first-order, mean-axis, pin"
-    damped, free = beam_of(name, **{f"beam__{damping}": value}), beam_of(name)
-    o = damped.operators
-    squares = np.diag(o.K) / np.diag(o.M1)  # the modes are orthogonal
-    rate = {
-        "kelvin_voigt": value * squares,
-        "mass_proportional": value * np.ones(3),
-        "modal_damping_ratio": 2.0 * value * np.sqrt(squares),
-    }[damping]
-    for q, qd in states(damped):
-        (one, e), (two, free_e) = evaluated(damped, q, qd), evaluated(free, q, qd)
-        expected = rate * np.diag(o.M1) * qd[1:]
-        assert_allclose(two.vectors.forces[1:] - one.vectors.forces[1:], expected, rtol=1e-8, atol=1e-11)
-        assert one.vectors.forces[0] == two.vectors.forces[0]
-        assert e.damping_power == pytest.approx(expected @ qd[1:], rel=1e-8)
-        assert free_e.damping_power == 0.0
-
-
 # The prescribed rotation ---------------------------------------------------------------------------------------
 
 

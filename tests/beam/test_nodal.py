@@ -88,52 +88,6 @@ def test_energies(pair):
     assert_allclose(pair.full.split(pair.W)[1:], pair.T[:, 1:] @ pair.q[1:], atol=1e-15)
 
 
-def test_effective_matrix(pair):
-    """(1 + cv mu) M + (cq + cv eta) K + kappa S S^T, its residual and its responses, against dense."""
-    model, work, o = pair.full.model, pair.work, pair.full.operators
-    a = np.random.default_rng(1).normal(size=pair.W.size)
-    e = model.take_residual(0.0, pair.W, pair.Wd, a, True, work)
-    M1, coupling = o.M1.toarray(), o.S.copy()
-    M1[0, 0] += pair.full.scenario.root.inertia  # the slope of the root
-    coupling[0] += pair.full.scenario.root.inertia
-    rank_one = e.rank_one * np.outer(coupling, coupling)
-    assert_allclose(work.vectors.residual, work.vectors.forces - (M1 + rank_one) @ a, atol=1e-9)
-    product = np.zeros(a.size)
-    model.mass_product(e.rank_one, work, a, product)
-    assert_allclose(product, (M1 + rank_one) @ a, atol=1e-14)
-    assert model.factor_effective(0.0, pair.W, 2e-3, 1e-4, work, 1, True)
-    model.solve_effective(e.rank_one, work, 1, True)
-    S = (1.0 + 2e-3 * 0.3) * M1 + (1e-4 + 2e-3 * 1e-5) * o.K.toarray() + rank_one
-    for which, response in {"residual": "increment", **RESPONSES}.items():
-        expected = np.linalg.solve(S, getattr(work.vectors, which))
-        assert_allclose(getattr(work.vectors, response), expected, atol=1e-10 * np.abs(expected).max())
-    rows = np.random.default_rng(2).normal(size=(4, 2, a.size))
-    expected = np.linalg.solve(S, rows.reshape(8, -1).T).T.reshape(rows.shape)
-    for sides in (1, 2):
-        found = np.zeros_like(rows)
-        model.solve_rows(e.rank_one, work, 1, sides, rows, found)
-        assert_allclose(found[:, :sides], expected[:, :sides], atol=1e-10 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("share", [0.7, -0.7])
-def test_the_mass_of_a_bent_beam_is_solved_whatever_the_share_of_the_bending(pair, share):
-    """M + kappa S S^T with kappa S.M^-1 S = share, against dense; the share is 1e-6 where the others bend it."""
-    model, work, o = pair.full.model, pair.work, pair.full.operators
-    M, S = o.M1.toarray(), o.S.copy()
-    M[0, 0] += pair.full.scenario.root.inertia  # the slope of the root
-    S[0] += pair.full.scenario.root.inertia
-    unit = 1.0 / (S @ np.linalg.solve(M, S))
-    kappa = share * unit
-    whole = M + kappa * np.outer(S, S)
-    assert model.definiteness(kappa, work) == pytest.approx(1.0 + share, rel=1e-10)
-    for contact in (True, False):
-        assert model.solve_mass(kappa, work, contact)
-        for which, response in {"forces": "free_acceleration", **RESPONSES}.items():
-            expected = np.linalg.solve(whole, getattr(work.vectors, which))
-            assert_allclose(getattr(work.vectors, response), expected, atol=1e-9 * np.abs(expected).max())
-    assert not model.solve_mass(-1.5 * unit, work, True)
-
-
 def test_places_that_touch_obstacles_move_as_in_all_modes():
     """Points of the beam on a side, the corner at its end, and a peg."""
     obstacles = (
@@ -152,21 +106,3 @@ def test_places_that_touch_obstacles_move_as_in_all_modes():
         for which in RESPONSES:
             row = pair.T.T @ getattr(pair.work.vectors, which)
             assert_allclose(row, getattr(pair.dense.vectors, which), atol=1e-12)
-
-
-@pytest.mark.parametrize("surface", ["axis", "section"])
-def test_all_places_are_measured_at_once_as_they_are_one_by_one(surface):
-    pegs = [{"kind": "point", "origin": [x, -0.05], "radius": 1e-3} for x in (0.3, 0.93)]
-    table = {"kind": "side", "origin": [0.0, -0.2], "angle": 0.1, "extent": [0.3, 0.61]}
-    contact = {"contact__where": "anywhere", "contact__grid": 7, "contact__surface": surface}
-    scene = {"initial__angle": 0.3, "slope__enabled": False, "obstacles": [*pegs, table]}
-    given = scenario_of(**contact, **scene, contact__normal="spring")
-    beam = FullBeam(given, fem_beam.build_nodal(given))
-    model, random = beam.model, np.random.default_rng(2)
-    w, n = model.new_workspace(), beam.size
-    q, qd = 0.3 * beam.operators.rigid + 0.01 * random.normal(size=n), random.normal(size=n)
-    found = np.zeros((len(beam.contact_places), 3))
-    model.measure(0.0, q, qd, w, found)
-    for i, row in enumerate(found):
-        k = model.touch(i, 0.0, q, qd, w)
-        assert_allclose(row, (k.gap, k.slip, k.gap_rate), rtol=1e-12, atol=1e-13)

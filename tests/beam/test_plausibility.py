@@ -1,7 +1,5 @@
 """Values that are hardly meant are named before a run, and in its summary; the built-in cases have none."""
 
-import json
-
 import pytest
 
 from oblique_impact import Scenario
@@ -53,13 +51,3 @@ def test_what_is_hardly_meant_is_named(case):
         assert line.startswith(start)
         assert words in line
         assert len(line.splitlines()) == 1
-
-
-def test_warnings_stand_in_the_summary_and_are_printed_before_the_run(tmp_path, cli):
-    changes = ["end_time=0.001", "beam.density=7.8"]
-    options = [word for change in changes for word in ("--set", change)]
-    warning = 'beam.density: 7.8 kg/m^3 is lighter than foam; did you mean "7.8 g/cm^3"?'
-    code, out, err = cli("run", "paper", *options, "--out", tmp_path / "out")
-    assert (code, err.splitlines()[0]) == (0, f"oblique-impact: warning: {warning}")
-    assert warning not in out  # once is enough
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == [warning]

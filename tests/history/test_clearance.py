@@ -176,21 +176,6 @@ def of_straight_beam(scenario, stations, angle=0.0, rise=0.0):
     return clearance_along(scenario, sections, variables, directions, on_side=[True])
 
 
-@pytest.mark.parametrize("stations", [3, 9, 33])
-@pytest.mark.parametrize("extent", [(), (0.0, 0.37)], ids=["unbounded", "ledge"])
-def test_the_least_of_the_stations_is_the_least_of_the_axis_within_their_spacing(stations, extent):
-    """An axis falls at 3:4 through a horizontal slope that is 0.2 m below its root: its tip is 0.4 m deep.
-
-    It leaves a ledge at x = 0.37/0.8, where the depth is 0.6 * 0.37/0.8 - 0.2 m.
-    """
-    scenario = Scenario().replace(slope__origin=(0.0, -0.2), slope__angle=0.0, slope__extent=extent)
-    found = of_straight_beam(scenario, stations, angle=-np.arctan(0.75))
-    place = 0.37 / 0.8 if extent else 1.0
-    above, spacing = found["clearance"][0] - (0.2 - 0.6 * place), 1.0 / (stations - 1)
-    assert -1e-12 < above <= (0.6 * spacing if extent else 1e-12)
-    assert abs(found["clearance_at"][0] - place) <= spacing
-
-
 OBSTACLES = (
     {"kind": "side", "origin": (0.0, 0.8), "angle": np.pi, "extent": (-0.6, 0.0)},  # solid above the beam
     {"kind": "point", "origin": (0.37, 0.3), "radius": 0.1},

@@ -10,8 +10,6 @@ import pytest
 from oblique_impact import Scenario, natural_frequencies, simulate, simulate_system
 from oblique_impact.beam.frequencies import clustering_time, lowest_elastic_frequency
 from oblique_impact.contact.impacts import NewtonImpact
-from oblique_impact.history import summary
-from oblique_impact.simulation import compute_history
 from tests.systems import Block
 
 
@@ -85,12 +83,3 @@ def test_contacts_of_a_small_system_are_their_own_collisions_unless_a_gap_is_giv
     assert single.clustering_time == 0.0
     assert len(single.summary["macro_collisions"]) == len(single.contacts) >= 4
     assert len(grouped.summary["macro_collisions"]) == 2  # flights of 0.45 s, 0.23 s, ...
-
-
-def test_a_run_groups_its_contacts_once(monkeypatch):
-    """Its warnings count the contacts of the same groups."""
-    grouped, group = [], summary.macro_collisions
-    monkeypatch.setattr(summary, "macro_collisions", lambda *given: grouped.append(given) or group(*given))
-    history = compute_history(Scenario.builtin("bouncing", ["end_time=0.4"]))
-    assert len(grouped) == 1
-    assert [len(contacts) for contacts, _ in grouped] == [len(history.contacts)] > [0]

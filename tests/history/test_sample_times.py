@@ -4,24 +4,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oblique_impact.history.sample_times import ascending, first_sample, jumps, last_sample, pieces
+from oblique_impact.history.sample_times import ascending, first_sample, last_sample
 
 GIVEN = np.array([0.0, 0.0, 0.1, 0.2, 0.2, 0.2, 0.3])
-LEFT = np.array([True, False, False, True, True, False])
-
-
-def after(time, count=1):
-    for _ in range(count):
-        time = np.nextafter(time, np.inf)
-    return time
-
-
-def test_equal_times_become_neighbours():
-    found = ascending(GIVEN)
-    assert found.tolist() == [0.0, after(0.0), 0.1, 0.2, after(0.2), after(0.2, 2), 0.3]
-    assert GIVEN[1] == 0.0  # the times that were given are left alone
-    np.testing.assert_array_equal(jumps(found), LEFT)
-    assert [piece.tolist() for piece in pieces(found)] == [[0], [1, 2, 3], [4], [5, 6]]
 
 
 def test_samples_at_an_instant():

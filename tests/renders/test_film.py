@@ -54,7 +54,7 @@ def test_a_film_has_its_frames_size_and_duration(story, tmp_path, name):
     assert min(np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)) > 20
 
 
-@pytest.mark.parametrize("fps", range(1, 51))
+@pytest.mark.parametrize("fps", [1, 7, 30, 33, 50])
 def test_a_gif_plays_at_the_rate_that_it_is_asked_for(tmp_path, fps):
     """Delays are whole hundredths of a second, of which players take one or none for a tenth."""
     count = 10 * fps  # ten seconds
