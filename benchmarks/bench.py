@@ -158,7 +158,7 @@ def sweeps(turns: int) -> Iterator[Row]:
         for frictions in (4, 32):
             plan = make_plan(SWEEP.format(frictions=frictions))
             result = sweep(plan, f"{folder}/{frictions}", workers=workers)
-    assert set(result.outcomes) == {"completed"}, result.outcomes
+    assert set(result.verdicts) == {"completed"}, result.verdicts
     yield "sweep of 1,000 runs over its runs", result.seconds * workers / result.frame["wall_time"].sum(), "1.15"
 
 

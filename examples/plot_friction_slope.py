@@ -3,7 +3,8 @@ Friction and slope
 ==================
 
 Ten thousand runs of the paper's case, 1 s each, over the angle of the slope and both friction coefficients: the
-sweep ``docs/studies/friction-slope.toml``, of some minutes on two cores. Columns of its table are kept beside this page.
+sweep ``docs/studies/friction-slope.toml``, of some minutes on two cores. Columns of its table are kept beside
+this page.
 """
 
 import json
