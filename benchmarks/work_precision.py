@@ -30,10 +30,10 @@ from scipy.integrate import solve_ivp
 
 from oblique_impact import Scenario
 from oblique_impact.beam_problem import Problem, beam_of, beam_problem
-from oblique_impact.contact.state import Phase
-from oblique_impact.kernels.jit import kernel
+from oblique_impact.contact.state import Contacts
+from oblique_impact.kernels.jit import by_reference, kernel
 from oblique_impact.kernels.workspace import Workspace
-from oblique_impact.marching.equations import NORMAL_IMPULSE, QUADRATURES, derivative
+from oblique_impact.marching.equations import NORMAL_IMPULSE, OF_A_CONTACT, QUADRATURES, derivative
 from oblique_impact.marching.loop import Run
 from oblique_impact.marching.probe import Probe
 from oblique_impact.renders.style import PAGE, figure_style
@@ -102,8 +102,9 @@ def ours(turns: int, modes: int, tolerance: float) -> Point:
 
 
 @kernel("the right-hand side")
-def _rates(system: Any, phase: Phase, t: float, y: Any, work: Workspace, dy: Any) -> float:
-    return derivative(system, phase, t, y, work, dy)[1].gap
+def _rates(system: Any, contacts: Contacts, t: float, y: Any, work: Workspace, dy: Any) -> float:
+    derivative(by_reference(system), by_reference(contacts), t, y, by_reference(work), dy)
+    return contacts.each[0].gap
 
 
 class RightHandSide:
@@ -112,18 +113,19 @@ class RightHandSide:
     def __init__(self, problem: Problem) -> None:
         self._system, self.size = problem.system, problem.q0.size
         self._work = problem.system.new_workspace()
-        start = np.concatenate([problem.q0, problem.qd0])
-        probe = Probe(problem, problem.machine.free(), 0.0, start, self._work)
-        self._phase = problem.machine.closed(probe.instant)._replace(residual=probe.residual)
-        self._dy = np.zeros(2 * self.size + QUADRATURES)
+        start, free = np.concatenate([problem.q0, problem.qd0]), [problem.machine.free()]
+        self._contacts, spare = (Contacts.new(free, self.size, packed=True) for _ in range(2))
+        probe = Probe(problem, self._contacts, spare, 0.0, start, self._work)
+        self._contacts.take(0, problem.machine.pressed(probe))
+        self._dy = np.zeros(2 * self.size + QUADRATURES + OF_A_CONTACT)
 
     def __call__(self, t: float, y: Any) -> Any:  # noqa: D102
-        _rates(self._system, self._phase, t, y, self._work, self._dy)
+        _rates(self._system, self._contacts, t, y, self._work, self._dy)
         return self._dy.copy()
 
     def gap(self, t: float, y: Any) -> float:
         """Event function."""
-        return float(_rates(self._system, self._phase, t, y, self._work, self._dy))
+        return float(_rates(self._system, self._contacts, t, y, self._work, self._dy))
 
 
 def scipy(method: str, modes: int, tolerance: float) -> Point:
@@ -131,7 +133,7 @@ def scipy(method: str, modes: int, tolerance: float) -> Point:
     problem = problem_of(modes, 1e-10)
     at_touch = np.concatenate([[TOUCH_ANGLE], problem.q0[1:]])
     f = RightHandSide(replace(problem, q0=at_touch))
-    start = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES)])
+    start = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES + OF_A_CONTACT)])
 
     f.gap(0.0, start)  # compiles
     options = {"rtol": tolerance, "atol": tolerance, "events": f.gap, "max_step": 1e-3}

@@ -19,16 +19,17 @@ from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.simultaneous import ContactMachines
-from oblique_impact.contact.state import Baumgarte, Tolerances
+from oblique_impact.contact.state import SLIDING, Baumgarte, Candidate, Contacts, Tolerances
 from oblique_impact.contact.stops import ContactLaw, MasslessPoint, elastic_stop
 from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.workspace import Array
+from oblique_impact.kernels.jit import is_compiled
+from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.problem import MultiContact, Problem
-from oblique_impact.marching.sampling import contact_problem
+from oblique_impact.marching.problem import Candidates, Problem, no_residual
+from oblique_impact.marching.sampling import solve_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.scenario.messages import refused
@@ -138,9 +139,8 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     s = beam.scenario
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
-    anywhere, massless = s.contact.where == "anywhere", s.contact.point_inertia == "none"
-    of_places = massless and anywhere and s.contact.enabled and not s.is_nodal and beam.contact_places
-    residual = beam.flexibility_of_places() if of_places else None
+    anywhere, massless, axial = beam.touches_anywhere, s.contact.point_inertia == "none", beam.axial_flexibility
+    residual = beam.flexibility_of_places() if massless and anywhere and not s.is_nodal else None
     left_out = beam.residual_compliance > 0.0 if residual is None else residual.matrix.any()
     if massless and not left_out and not (anywhere and s.is_nodal):
         raise refused(
@@ -148,50 +148,36 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
-    multi_contact, axial = None, beam.axial_flexibility
-    if anywhere and s.contact.enabled and beam.contact_places:
-        multi_contact = contacts_at(beam.contact_places, s, beam.size, scheme, tolerances, parts, axial)
-        multi_contact = multi_contact._replace(flexibility=residual or axial)
-    if multi_contact:
-        machine = multi_contact.machines.machines[0]
-    else:
-        machine = contact_machine(
-            s,
-            scheme,
-            tolerances,
-            parts,
-            s.contact.stiffness,
-            s.slope.extent,
-            axial=axial.behind(0) if axial else None,
-        )
+    candidates = candidates_at(beam.candidates, s, scheme, tolerances, parts, axial)
+    candidates = candidates._replace(flexibility=residual or axial, told_apart=anywhere)
+    if not anywhere:
+        candidates = candidates._replace(obstacles=(0,), places=(0.0,))
     return Problem(
         beam.model,
         q0,
         qd0,
-        machine=machine,
+        candidates=candidates,
         scheme=scheme,
         end_time=s.end_time,
         output_interval=s.solver.output_interval,
         scales=np.ones(2 * q0.size),
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
-        residual=beam.residual,
-        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not multi_contact else None,
+        residual=no_residual if anywhere else beam.residual,
+        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not anywhere else None,
         relative_deflection=beam.relative_deflection,
-        multi_contact=multi_contact,
     )
 
 
-def contacts_at(
+def candidates_at(
     places: Sequence[ContactPlace],
     scenario: Scenario,
-    size: int,
     scheme: Scheme,
     tolerances: Tolerances,
     parts: Parts = Parts(),
     axial: Flexibility | None = None,
-) -> MultiContact:
-    """Return places that can touch, at least one, with their transition tables; `size` coordinates are marched.
+) -> Candidates:
+    """Return places that can touch, at least one, with their transition tables.
 
     `axial` is the flexibility behind their friction, None of a beam that does not stretch.
     """
@@ -206,11 +192,12 @@ def contacts_at(
             not place.on_side,
             place.cell,
             axial.behind(i) if axial else None,
+            i,
         )
         for i, place in enumerate(places)
     ]
-    return MultiContact(
-        ContactMachines(machines, size),
+    return Candidates(
+        ContactMachines(machines),
         tuple(place.obstacle for place in places),
         tuple(place.on_side for place in places),
         tuple(place.numbers[0] for place in places),
@@ -258,12 +245,13 @@ def contact_machine(
     rolls: bool = False,
     cell: float = 0.0,
     axial: Callable[[float], tuple[float, float]] | None = None,
+    number: int = 0,
 ) -> ContactMachine:
     """Return the transition table of one contact of a scenario.
 
     `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
     has no ends; a point of an obstacle `rolls` on the beam where it sticks; a `cell` (m) bears on a bedding;
-    for `axial` see `ContactMachine`.
+    for `axial` and `number` see `ContactMachine`.
     """
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
@@ -276,6 +264,7 @@ def contact_machine(
         extent,
         rolls,
         axial,
+        number,
     )
 
 
@@ -309,8 +298,10 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     and the velocity max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time`
     (s).  Coordinates have sizes of their own in the same way.
     """
-    work = system.new_workspace()
-    defined, _, c = contact_problem(system, 0.0, q0, qd0, work)
+    work, packed = system.new_workspace(), is_compiled(system)
+    contacts = Contacts.new([Candidate(state=SLIDING)], q0.size, packed)
+    defined = solve_problem(system, contacts, 0.0, q0, qd0, work, np.zeros(1))
+    c = contacts.of(0)
     speed = max(abs(c.gap_rate), abs(c.slip_rate))
     push = max(abs(c.gap_acceleration), abs(c.slip_acceleration)) if defined else 0.0
     # the distance is bounded by that within the run, because the acceleration may be rounding
@@ -321,7 +312,7 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     time = length / speed
     effective_mass = 1.0 / c.a_nn if c.a_nn > 0.0 else 1.0
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
-    pull = np.abs(work.vectors.free_acceleration) if defined else np.zeros_like(q0)
+    pull = np.abs(work.vectors[FREE_ACCELERATION]) if defined else np.zeros_like(q0)
     with np.errstate(divide="ignore", invalid="ignore"):
         distances = np.minimum(np.where(pull > 0.0, qd0**2 / pull, np.inf), np.abs(qd0) * end_time)
     size = np.maximum(np.abs(q0), distances)

@@ -30,10 +30,10 @@ from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.problem import Problem
+from oblique_impact.marching.loop import Run
+from oblique_impact.marching.problem import Candidates, Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.marching.several import run_of
 from oblique_impact.marching.stepped import SteppedRun
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Status
@@ -227,7 +227,7 @@ def simulate_system(
         system,
         q0,
         qd0,
-        machine,
+        Candidates.of_one(machine),
         scheme,
         end_time=float(end_time),
         output_interval=float(output_interval),
@@ -277,7 +277,7 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
         steps = isinstance(problem.scheme, TimeSteppingScheme)
-        record = (SteppedRun if steps else run_of)(problem, on_progress).execute()
+        record = (SteppedRun if steps else Run)(problem, on_progress).execute()
         return record, marching.seconds
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.state import Instant
+from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate, Contacts
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.events import Event
 from oblique_impact.history.history import History
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
-from oblique_impact.kernels.workspace import Workspace
+from oblique_impact.kernels.workspace import EFFECTIVE, FORCES, FREE_ACCELERATION, INCREMENT, RESIDUAL, Workspace
 
 Array = NDArray[np.float64]
 
@@ -97,11 +97,11 @@ class FreeRod(MechanicalSystem):
         kinetic = 0.5 * float(qd @ self.mass_matrix(t, q) @ qd)
         return kinetic, 0.0, self.mass * self.gravity * q[1]
 
-    def instant(self, q: Array, qd: Array) -> Instant:
+    def instant(self, q: Array, qd: Array) -> Candidate:
         """Return the contact problem at (q, q'), written out by hand."""
         rows, inverse = self.contact(0.0, q, qd), np.linalg.inv(self.mass_matrix(0.0, q))
         free = inverse @ self.forces(0.0, q, qd)
-        return Instant(
+        return Candidate(
             gap=rows.gap,
             slip=rows.slip,
             gap_rate=rows.gap_rate,
@@ -198,23 +198,22 @@ class ElasticRod(MechanicalSystem):
 
     # the mass matrix is diagonal; what follows in place of the interpreted loops of a dense one
 
-    def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
-        v = w.vectors
-        v.free_acceleration[:] = v.forces / self._masses
-        v.normal_response[:], v.tangential_response[:] = v.normal_row / self._masses, 0.0
+    def solve_mass(self, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
+        w.vectors[FREE_ACCELERATION] = w.vectors[FORCES] / self._masses
+        contacts.rows[RESPONSE] = contacts.rows[DIRECTION] / self._masses
         return True
 
     def factor_effective(
         self, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
     ) -> bool:
         if stale:
-            w.effective[slot] = np.linalg.inv(np.diag(self._masses) + position * self._stiffness)
+            w.matrices[EFFECTIVE + slot] = np.linalg.inv(np.diag(self._masses) + position * self._stiffness)
         return True
 
-    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
-        v, inverse = w.vectors, w.effective[slot]
-        v.increment[:], v.normal_response[:] = inverse @ v.residual, inverse @ v.normal_row
-        v.tangential_response[:] = 0.0
+    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool) -> None:
+        inverse = w.matrices[EFFECTIVE + slot]
+        w.vectors[INCREMENT] = inverse @ w.vectors[RESIDUAL]
+        contacts.rows[RESPONSE] = contacts.rows[DIRECTION] @ inverse
 
 
 def events_of(history: History, kind: EventKind) -> list[Event]:

@@ -9,13 +9,12 @@ import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, contact_machine, contacts_at
+from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, candidates_at, contact_machine
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
 from oblique_impact.fem_beam.exact.exact_system import ExactSystem, beam_of, places_of, touchings_of
 from oblique_impact.marching.loop import Run
-from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.several import run_of
+from oblique_impact.marching.problem import Candidates, Problem
 from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario
 
@@ -34,22 +33,25 @@ def exact_problem(
     beam, scheme, driven = beam_of(scenario, sections), ExactScheme(), scenario.root.kind == "driven"
     system = ExactSystem(scenario, beam, motion or base_motion_of(scenario.root), touchings_of(scenario, beam))
     tolerances, places = beam_tolerances(scenario, Sections.from_scenario(scenario).mass), places_of(scenario)
-    several = contacts_at(places, scenario, beam.size, scheme, tolerances) if places else None
-    stiffness, extent = scenario.contact.stiffness, scenario.slope.extent
+    if places:
+        candidates = candidates_at(places, scenario, scheme, tolerances)._replace(hand_over=system.hand_over)
+    else:
+        stiffness, extent = scenario.contact.stiffness, scenario.slope.extent
+        machine = contact_machine(scenario, scheme, tolerances, Parts(), stiffness, extent)
+        candidates = Candidates.of_one(machine)
     q = beam.straight(scenario.initial.angle)
     speed = system.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
     return Problem(
         system,
         q,
         beam.turning(q, speed),
-        machine=contact_machine(scenario, scheme, tolerances, Parts(), stiffness, extent),
+        candidates=candidates,
         scheme=scheme,
         end_time=scenario.end_time,
         output_interval=scenario.solver.output_interval,
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
         breakpoints=(*system.breakpoints, *(system.shaking.breakpoints if system.shaking else ())),
-        multi_contact=several and several._replace(hand_over=system.hand_over),
     )
 
 
@@ -66,7 +68,7 @@ def exact_run(problem: Problem, on_progress: Callable[[Status], None] | None = N
         if on_progress:
             on_progress(status)
 
-    run = run_of(problem, report)
+    run = Run(problem, report)
     return run
 
 

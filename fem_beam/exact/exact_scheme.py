@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 
 from oblique_impact.beam_problem import NEAR
 from oblique_impact.contact.forces import OK, guards_of
-from oblique_impact.contact.several import phase_of
 from oblique_impact.contact.state import (
     FREE,
     GUARDS,
@@ -19,9 +18,8 @@ from oblique_impact.contact.state import (
     SLIDING,
     STICKING,
     UPPER,
+    Candidate,
     Guards,
-    Instant,
-    Phase,
 )
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.fem_beam.exact.averages import Averages, MeanForces
@@ -70,17 +68,17 @@ class Recorder:
 class ExactStepper:
     """Steps of the exact beam in one phase; a `Stepper`."""
 
-    def __init__(self, prepared: Prepared, phase: Phase, limits: Limits) -> None:
+    def __init__(self, prepared: Prepared, limits: Limits) -> None:
         self.system: ExactSystem = prepared.system
         self.scratch, self.limits, self._recorder = prepared.scratch, limits, prepared.own
         self._scenario, self._touchings = self.system.scenario, self.system.touchings
-        arrays = phase.arrays
-        self._phases = [phase_of(phase, arrays, i) for i in range(len(self._touchings))] if arrays else []
+        self._contacts = prepared.contacts
+        self._states = [prepared.contacts.of(i) for i in range(len(self._touchings))]
         self._closed = {
             i: ClosedContact(self._touchings[i], sticks=True)
             if state.state == STICKING
-            else ClosedContact(self._touchings[i], friction=state.friction.intercept)
-            for i, state in enumerate(self._phases)
+            else ClosedContact(self._touchings[i], friction=state.intercept)
+            for i, state in enumerate(self._states)
             if state.state != FREE
         }
         self._hand_over = self.system.hand_over
@@ -118,16 +116,16 @@ class ExactStepper:
     def _take(self, length: float, end: float, y: Array) -> march.Step:
         step = self._step(length)
         places, found = self._places_of(step.stage), list[tuple[float, bool, int, int]]()
-        for i in range(len(self._phases) if self._scenario.contact.enabled else 0):
+        for i in range(len(self._states) if self._scenario.contact.enabled else 0):
             for which, value in enumerate(self._guards(i, places, step, length)):
                 if value < 0.0:
                     # what holds no longer lets go before others that it has held turn
-                    turns = self._phases[i].state == SLIDING and which in (LOWER, UPPER)
+                    turns = self._states[i].state == SLIDING and which in (LOWER, UPPER)
                     found.append((self._locate(i, which, length), turns, i, which))
         if not found:
             self._accept(step, places, length, y)
             self._time = end
-            return march.Step(OK, True, end, length, NO_GUARD, self._distance(), 0.0, 0.0)
+            return march.Step(OK, True, end, length, NO_GUARD, self._distance())
         at, _, i, which = min(found, key=lambda entry: entry[:3])
         if at > 0.0:
             step = self._step(at)
@@ -137,7 +135,7 @@ class ExactStepper:
         self._recorder.at_once = 0 if at > 0.0 else self._recorder.at_once + 1
         if at == 0.0:
             self._recorder.averages.request(self._time)
-        return march.Step(OK, at > 0.0, self._time, length, guard, self._distance(), 0.0, 0.0)
+        return march.Step(OK, at > 0.0, self._time, length, guard, self._distance())
 
     def arrive(self, step: march.Step, y: Array) -> march.Step:
         """Keep a sample if one is due."""
@@ -154,8 +152,8 @@ class ExactStepper:
 
     def _distance(self) -> float:
         """Return the smallest distance (m) of a place that can touch, negative in contact."""
-        each = zip(self._phases, self._places, strict=True)
-        return min((state.surface.side * place.gap for state, place in each), default=inf)
+        each = zip(self._states, self._places, strict=True)
+        return min((state.side * place.gap for state, place in each), default=inf)
 
     def _step(self, length: float, contacts: dict[int, ClosedContact] | None = None) -> SolvedStep:
         """Return a step, with the closed contacts or others in their place, and reactions of all contacts."""
@@ -170,7 +168,7 @@ class ExactStepper:
             contacts=list(contacts.values()),
             tolerance=max(self._scenario.solver.tolerance, _LEAST_TOLERANCE),
         )
-        reactions, keeping = np.zeros((2, len(self._phases)))
+        reactions, keeping = np.zeros((2, len(self._states)))
         reactions[list(contacts)], keeping[list(contacts)] = step.reactions, step.keeping
         return step._replace(reactions=reactions, keeping=keeping)
 
@@ -178,7 +176,7 @@ class ExactStepper:
         """Go to the end of a step, with its impulses and losses, and the forces there to report."""
         q0, q1, scenario, beam = self._stage.q, step.stage.q, self._scenario, self.system.beam
         relaxation, held, d = scenario.beam.kelvin_voigt / length, step.held.size, beam.size
-        gained, largest = np.zeros(QUADRATURES + OF_A_CONTACT * len(places)), self.scratch.guards.largest
+        gained = np.zeros(QUADRATURES + OF_A_CONTACT * len(places))
         if relaxation:
             gained[DAMPING_LOSS] = beam.damping_loss(q0, q1, relaxation)
         gained[SUPPLIED] = float(step.held @ (q1 - q0)[:held])
@@ -191,8 +189,9 @@ class ExactStepper:
             own = contact.gained(q0, q1, float(step.reactions[i]), length)
             gained[_OF_EACH] += own
             gained[QUADRATURES + OF_A_CONTACT * i :][: len(own)] = own
-            deepest = contact.touching.force(places[i]), -places[i].gap
-            largest[:, i] = np.maximum(largest[:, i], deepest)
+            c = self._contacts.each[i]
+            c.peak_force = max(c.peak_force, contact.touching.force(places[i]))
+            c.peak_depth = max(c.peak_depth, -places[i].gap)
         y_new = self.scratch.y_new
         y_new[:d], y_new[d : 2 * d] = step.stage
         np.add(y[2 * d :][: gained.size], gained, out=y_new[2 * d :][: gained.size])
@@ -212,12 +211,12 @@ class ExactStepper:
 
     def _guards(self, i: int, places: Sequence[Place], step: SolvedStep, length: float) -> Guards:
         """Return the guards of a contact at the end of a step, of the mean forces of this."""
-        state, touching, after = self._phases[i], self._touchings[i], places[i]
+        state, touching, after = self._states[i], self._touchings[i], places[i]
         if state.state == FREE:
-            return guards_of(state, Instant(*after[:4]))
+            return guards_of(_at(state, after))
         force, _ = self._closed[i].normal_force(*_ends(self._places[i], after), length)
         reaction = float(step.keeping[i])
-        found = guards_of(state, Instant(*after[:4], normal_force=force, tangential_force=reaction))
+        found = guards_of(_at(state, after).changed(normal_force=force, tangential_force=reaction))
         if state.state == STICKING:
             # either edge of the cone: what holds may swing from one to the other within a step
             found = found._replace(lower=min(found.lower, found.upper), upper=1.0)
@@ -248,7 +247,7 @@ class ExactStepper:
         A contact without slip sticks if the force that would hold it for a step lies in the cone; if not, it slips
         against this force.
         """
-        state = self._phases[i].state
+        state = self._states[i].state
         if state == FREE or which not in (LOWER, UPPER):
             return GUARDS * i + which
         # where forces turn within a step, what follows contradicts it at once: then a part of the step decides
@@ -258,9 +257,15 @@ class ExactStepper:
         trial = self._step(length, self._closed | {i: holding})
         after, reaction = holding.touching.place(trial.stage), float(trial.keeping[i])
         force, _ = holding.normal_force(*_ends(self._places[i], after), length)
-        if state == SLIDING and abs(reaction) <= self._phases[i].stick.static * force:
-            return GUARDS * len(self._phases) + i
+        if state == SLIDING and abs(reaction) <= self._states[i].static * force:
+            return GUARDS * len(self._states) + i
         return GUARDS * i + (UPPER if reaction < 0.0 else LOWER)
+
+
+def _at(state: Candidate, place: Place) -> Candidate:
+    """Return a contact in a state with the kinematics of a place."""
+    gap, slip, gap_rate, slip_rate = map(float, place[:4])
+    return state.changed(gap=gap, slip=slip, gap_rate=gap_rate, slip_rate=slip_rate)
 
 
 def _ends(before: Place, after: Place) -> tuple[Pair, Pair]:
@@ -286,15 +291,13 @@ class ExactScheme(Scheme):
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:  # noqa: D102
         return size + 2 * contacts
 
-    def fill_extra_state(self, prepared: Prepared, phase: Phase, y: Array, extra: Array) -> None:  # noqa: D102
+    def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:  # noqa: D102
         d = prepared.system.beam.size
         places = [touching.place(Stage(y[:d], y[d : 2 * d])) for touching in prepared.system.touchings]
-        ExactStepper(prepared, phase, _NO_LIMITS).report(places, extra)
+        ExactStepper(prepared, _NO_LIMITS).report(places, extra)
 
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return _STEPS_PER_CALL
 
-    def stepper(  # noqa: D102
-        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
-    ) -> ExactStepper:
-        return ExactStepper(prepared, phase, limits)
+    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> ExactStepper:  # noqa: D102
+        return ExactStepper(prepared, limits)

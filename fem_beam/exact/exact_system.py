@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,12 +12,13 @@ from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import ContactPlace, contact_places
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
+from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
 from oblique_impact.fem_beam.exact.stop import NodeOnSide, PointOnBeam, Touching
 from oblique_impact.fem_beam.mesh import mesh_of
-from oblique_impact.kernels.workspace import Evaluation, Vectors, Workspace
+from oblique_impact.kernels.workspace import VECTORS, Evaluation, Workspace
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -62,10 +63,6 @@ class ExactSystem:
     beam: ExactBeam
     motion: BaseMotion  # of a driven root
     touchings: Sequence[Touching]
-    place: int = 0  # the contact whose kinematics are evaluated
-
-    def _replace(self, place: int) -> ExactSystem:
-        return replace(self, place=place)
 
     @property
     def is_hub(self) -> bool:
@@ -119,27 +116,25 @@ class ExactSystem:
 
     def new_workspace(self) -> Workspace:
         """Allocate vectors; steps have matrices of their own."""
-        none = np.zeros((0, 0))
-        return Workspace(none, none, none[None], Vectors.new(self.beam.size))
+        return Workspace(np.zeros((0, 0, 0)), np.zeros((VECTORS, self.beam.size)))
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Kinematics of the own place, zeros if there is none."""
-        return self.touch(self.place, t, q, qd, w) if self.touchings else self.approach(t, q, qd, False, w)
+        """Return zeros: steps have powers of their own."""
+        return Evaluation(0.0, 0.0, 0.0)
 
-    def approach(self, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
-        """Return zeros: each place is asked for its own."""
-        return Evaluation(*[0.0] * 9)
-
-    def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
+    def solve_mass(self, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
         """Leave accelerations at zero."""
         return True
 
     def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
         """Do nothing: each place is evaluated from the coordinates."""
 
-    def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Kinematics of one place."""
-        return Evaluation(*self.touchings[place].place(Stage(q, qd))[:4], *[0.0] * 5)
+    def touch(
+        self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, normal: Array, tangential: Array
+    ) -> None:
+        """Kinematics of one place; 0 of a beam without places."""
+        if self.touchings:
+            c.gap, c.slip, c.gap_rate, c.slip_rate = map(float, self.touchings[i].place(Stage(q, qd))[:4])
 
     def definiteness(self, rank_one: float, w: Workspace) -> float:
         """Return 1: the mass matrix is constant."""

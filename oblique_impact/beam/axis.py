@@ -7,15 +7,17 @@ degree 11 hold them to rounding.  All nodes of a mesh have the cubics of :mod:`o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.kernels.jit import compiled_protocol, inlined, jitable
-from oblique_impact.kernels.workspace import Array, Vectors
+from oblique_impact.kernels.workspace import SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT, Array, record_of
+
+if TYPE_CHECKING:
+    from oblique_impact.contact.state import Candidate
 
 _PLACED = 1e-15  # of lengths, the last step of Newton's method for a place: a few units of rounding
 #: the error of a polynomial of this degree on a panel of half a wave number (rad) is 2e-16 of the function
@@ -41,12 +43,13 @@ class Shapes(Protocol):
     def bend(self, B: Array, Bd: Array) -> None:
         """Take what the other methods have in common at all places in a state."""
 
-    def bent_axis(self, x: float, B: Array, polynomial: Array) -> AxisPoint:
-        """Displacements, slope and curvature of the axis at x (m); `polynomial` (12,) is for `take_shapes`."""
+    def bent_axis(self, x: float, B: Array) -> AxisPoint:
+        """Displacements, slope and curvature of the axis at x (m)."""
 
-    def take_shapes(self, axis: AxisPoint, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
-        """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
+    def take_shapes(self, axis: AxisPoint, B: Array, Bd: Array, v: Array) -> tuple[float, float]:
+        """Shape functions and slopes at a place, into rows of `Workspace.vectors` behind the entry of theta.
 
+        These are `SCRATCH_A` and `SCRATCH_B`; H B goes into `SHORTENING_PRODUCT`.
         Returns B'^T H B' and u_y'' of the velocities.
         """
 
@@ -59,6 +62,7 @@ class _PanelData(NamedTuple):
     shortening: Array  # (panels + 1, n, n) H at the edges (1/m)
     nodes: Array  # (degree,) of Gauss's rule, exact for products of two slopes
     weights: Array
+    polynomial: Array  # (degree + 1,) of the deflection around a place, which methods overwrite
 
 
 def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
@@ -73,7 +77,14 @@ def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) ->
     slopes = powers @ coefficients[:, 1:] / half[:, None, None]
     parts = np.einsum("pgi,pgj,g,p->pij", slopes, slopes, weights, half)
     shortening = np.concatenate([np.zeros_like(parts[:1]), np.cumsum(parts, axis=0)])
-    return AxisShapes(np.ascontiguousarray(edges), np.ascontiguousarray(coefficients), shortening, nodes, weights)
+    return AxisShapes(
+        np.ascontiguousarray(edges),
+        np.ascontiguousarray(coefficients),
+        shortening,
+        nodes,
+        weights,
+        np.zeros(degree + 1),
+    )
 
 
 @dataclass(frozen=True)
@@ -145,8 +156,9 @@ def _slope_at(s: AxisShapes, polynomial: Array, z: float) -> float:
 
 
 @jitable
-def _bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> AxisPoint:
+def _bent_axis(s: AxisShapes, x: float, B: Array) -> AxisPoint:
     """Bend the axis, see `Shapes`."""
+    polynomial = s.polynomial
     panel = panel_of(s.edges, x)
     a, half = s.edges[panel], 0.5 * (s.edges[panel + 1] - s.edges[panel])
     inside = min(max(x, s.edges[0]), s.edges[-1])
@@ -179,51 +191,50 @@ def _bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> AxisPoin
     )
 
 
-class Peg(NamedTuple):
-    """A point fixed in space that can touch the beam."""
+#: a place of the beam that can touch a side (`on_side`), or a point fixed in space that can touch the beam, a peg
+PLACE = np.dtype(
+    [
+        ("on_side", np.int64),
+        ("x", float),  # m along the beam; of a peg in space
+        ("y", float),  # m, of a peg
+        ("angle", float),  # rad, of the side
+        ("normal_offset", float),  # m, of a point of the side from the root's axis, across the side
+        ("tangential_offset", float),  # m, along it
+        ("fibre", float),  # m across the beam from its axis, of the point that touches
+        ("turning", float),  # the same, or 0 where terms of second order are left out
+        # of pegs: distance (m) from the axis at which it touches, its radius and, of the beam's face, half the
+        # depth; half the depth where friction acts on the beam's face, 0 on the axis; and the side on which the
+        # beam is of it, seen along the beam: 1 left, -1 right
+        ("distance", float),
+        ("lever", float),
+        ("side", float),
+    ],
+    align=True,
+)
 
-    x: float  # m
-    y: float
-    distance: float  # m, from the axis at which it touches: its radius and, of the beam's face, half the depth
-    lever: float  # m, half the depth where friction acts on the beam's face, 0 on the axis
-    side: float  # on which the beam is of the point, seen along the beam: 1 left, -1 right
 
+def place_record(on_side: bool, numbers: Sequence[float]) -> Any:
+    """Return a record of `PLACE`.
 
-class PointOnSide(NamedTuple):
-    """A place of the beam that can touch a straight side."""
-
-    x: float  # m along the beam
-    angle: float  # rad, of the side
-    normal_offset: float  # m, of a point of the side from the root's axis, across the side
-    tangential_offset: float  # m, along it
-    fibre: float  # m across the beam from its axis, of the point that touches
-    turning: float  # the same, or 0 where terms of second order are left out
+    `numbers` (6,) of a place of the beam are x, angle, both offsets, fibre and turning; of a peg x, y, distance,
+    lever and side, and one that is not used.
+    """
+    names = ("x", "angle", "normal_offset", "tangential_offset", "fibre", "turning")
+    of_peg = ("x", "y", "distance", "lever", "side", "turning")
+    return record_of(PLACE, dict(zip(names if on_side else of_peg, numbers, strict=True)) | {"on_side": on_side})
 
 
 class Places(NamedTuple):
     """Places at which the beam can touch obstacles."""
 
-    shapes: AxisShapes
-    radius: float  # m, of the hub
-    on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam
-    numbers: Array  # (places, 6) of a `PointOnSide`, or of a `Peg`
-    # of points of the beam, which stay where they are along it; 0 of pegs
-    values: Array  # (places, n) shape functions
-    slopes: Array  # (places, n)
-    shortening: Array  # (places, n, n) H (1/m)
-
-
-class ContactKinematics(NamedTuple):
-    """Gap and slip (m) of a contact, and the biases of their accelerations (m/s^2)."""
-
-    gap: float
-    slip: float
-    gap_bias: float
-    slip_bias: float
+    each: Any  # (places,) records of `PLACE`
+    #: of places of the beam, which stay where they are along it: H (1/m), shape functions, their slopes
+    tables: Array  # (places, n + 2, n)
+    shapes: AxisShapes | None  # None: there are no pegs
 
 
 @jitable
-def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, AxisPoint]:
+def place_of(s: Any, radius: float, X: float, Y: float, B: Array) -> tuple[float, AxisPoint]:
     """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
 
     Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam; some four steps are usual.  A
@@ -234,7 +245,7 @@ def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Ar
     x, low, high, last, placed = X - radius, -np.inf, np.inf, 4.0 * s.edges[-1], False
     rounding = _PLACED * (s.edges[-1] + abs(X) + abs(Y))
     while True:
-        axis = s.bent_axis(x, B, polynomial)
+        axis = s.bent_axis(x, B)
         along, across, steep = radius + x + axis.u_x - X, axis.u_y - Y, 1.0 - 0.5 * axis.slope * axis.slope
         value = along * steep + across * axis.slope
         rate = steep * steep + axis.slope * axis.slope + (across - along * axis.slope) * axis.curvature
@@ -252,9 +263,9 @@ def place_of(s: Any, radius: float, X: float, Y: float, B: Array, polynomial: Ar
 
 
 @jitable
-def _take_shapes(s: AxisShapes, axis: AxisPoint, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+def _take_shapes(s: AxisShapes, axis: AxisPoint, B: Array, Bd: Array, v: Array) -> tuple[float, float]:
     """Take shape functions at a place, see `Shapes`."""
-    shapes, slopes, HB, polynomial = v.scratch_a, v.scratch_b, v.shortening_product, v.polynomial
+    shapes, slopes, HB, polynomial = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT], s.polynomial
     panel, z, n = axis.panel, axis.z, B.shape[0]
     half, part, bending, curving = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (z + 1.0), 0.0, 0.0
     turning = 0.0
@@ -302,7 +313,9 @@ class AxisShapes(_PanelData):
 
 
 @jitable
-def touch_peg(s: Any, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) -> ContactKinematics:
+def touch_peg(
+    s: Any, radius: float, peg: Any, q: Array, qd: Array, v: Array, c: Candidate, normal: Array, tangential: Array
+) -> None:
     """Gap, slip, biases and rows of a fixed point against the axis of a beam on a hub of this radius (m).
 
     The point c meets the axis at the place x where (r - c).r' = 0.  With t = r'/|r'|, its normal n on the side of
@@ -318,9 +331,9 @@ def touch_peg(s: Any, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) 
     theta, spin, B, Bd = q[0], qd[0], q[1:], qd[1:]
     cosine, sine = np.cos(theta), np.sin(theta)
     X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
-    x, axis = place_of(s, radius, X, Y, B, v.polynomial)
+    x, axis = place_of(s, radius, X, Y, B)
     bending, curvature_rate = s.take_shapes(axis, B, Bd, v)
-    shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
+    shapes, slopes, HB = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT]
     phi, kappa, steep, side = axis.slope, axis.curvature, 1.0 - 0.5 * axis.slope * axis.slope, peg.side
     stretch = np.sqrt(steep * steep + phi * phi)  # |r'|, 1 but for the fourth power of the slope
     tx, ty = steep / stretch, phi / stretch
@@ -328,16 +341,15 @@ def touch_peg(s: Any, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) 
     rx, ry = radius + x + axis.u_x, axis.u_y
     # rows, and velocities in the frame: of displacements, slope, place and turning
     ux_rate, uy_rate, phi_rate = 0.0, 0.0, 0.0
-    normal_row, tangential_row = v.normal_row, v.tangential_row
-    normal_row[0] = ny * rx - nx * ry
-    tangential_row[0] = ty * rx - tx * ry + peg.lever * (ny * steep - nx * phi) / stretch
+    normal[0] = ny * rx - nx * ry
+    tangential[0] = ty * rx - tx * ry + peg.lever * (ny * steep - nx * phi) / stretch
     for i in range(B.shape[0]):
         shape, slope, shortened = shapes[i + 1], slopes[i + 1], HB[i + 1]
         ux_rate -= shortened * Bd[i]
         uy_rate += shape * Bd[i]
         phi_rate += slope * Bd[i]
-        normal_row[i + 1] = ny * shape - nx * shortened
-        tangential_row[i + 1] = ty * shape - tx * shortened + peg.lever * (ny - nx * phi) * slope / stretch
+        normal[i + 1] = ny * shape - nx * shortened
+        tangential[i + 1] = ty * shape - tx * shortened + peg.lever * (ny - nx * phi) * slope / stretch
     vx, vy = ux_rate - spin * ry, uy_rate + spin * rx  # J v
     ax, ay = -phi * (spin + phi_rate), spin * steep + phi_rate  # J' v
     away_x, away_y, rx2, ry2 = rx - X, ry - Y, -phi * kappa, kappa
@@ -358,5 +370,5 @@ def touch_peg(s: Any, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) 
         rate = (nx * gx + ny * gy - turning * (tx * ax + ty * ay)) / stretch
         growth = tx * (ax + place_rate * rx2) + ty * (ay + place_rate * ry2)
         slip_bias += peg.lever * (rate - (nx * ax + ny * ay) * growth / (stretch * stretch))
-    gap = nx * away_x + ny * away_y - peg.distance
-    return ContactKinematics(gap, -x, gap_bias, slip_bias)
+    c.gap, c.slip = nx * away_x + ny * away_y - peg.distance, -x
+    c.gap_bias, c.slip_bias = gap_bias, slip_bias

@@ -24,26 +24,12 @@ if TYPE_CHECKING:
 _WINDOWS, _WINDOW, _ACCURACY = 32, 1e-4, 1e-6
 
 
-class Drive(NamedTuple):
-    """Angular acceleration of a driven root, as kernels read it: of a spin-up, or a user-defined one."""
-
-    spin_rate: float = 0.0  # rad/s, at the end of the spin-up
-    spin_up_time: float = 0.0  # s
-    law: Law | None = None  # acceleration (rad/s^2) over time (s) in the place of that
-
-
 @jitable
-def _acceleration(law: Law | None, drive: Drive, t: float) -> float:
-    # the compiler drops one of the two
+def drive_acceleration(law: Law | None, spin_rate: float, spin_up_time: float, t: float) -> float:
+    """Angular acceleration (rad/s^2) of a driven root at t (s); the compiler drops one of the two branches."""
     if law is None:
-        return spin_up_acceleration(t, drive.spin_rate, drive.spin_up_time)
+        return spin_up_acceleration(t, spin_rate, spin_up_time)
     return law(t)
-
-
-@jitable
-def drive_acceleration(drive: Drive, t: float) -> float:
-    """Angular acceleration (rad/s^2) of a driven root at t (s)."""
-    return _acceleration(drive.law, drive, t)
 
 
 @jitable
@@ -103,9 +89,9 @@ class BaseMotion(ABC):
         return Turn(*map(float, self.turn(t, *astuple(self))))
 
     @property
-    def drive(self) -> Drive:
-        """The acceleration as kernels read it; raises InputError if it cannot be compiled."""
-        return Drive(law=compiled_law(type(self).turn, 1, tuple(map(float, astuple(self))), entry=2))
+    def drive(self) -> Law | None:
+        """The acceleration as kernels call it, None of a spin-up; raises InputError if it cannot be compiled."""
+        return compiled_law(type(self).turn, 1, tuple(map(float, astuple(self))), entry=2)
 
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled, or the speed or acceleration is not the derivative."""
@@ -140,9 +126,9 @@ class ConstantSpeed(BaseMotion):
         return spin_rate * t, spin_rate, 0.0
 
     @property
-    def drive(self) -> Drive:
-        """The acceleration as kernels read it."""
-        return Drive()
+    def drive(self) -> None:
+        """None: kernels have a spin-up, here of 0."""
+        return
 
 
 @dataclass(frozen=True)
@@ -166,9 +152,9 @@ class SpinUp(BaseMotion):
         return angle, per_time * (t - lag * math.sin(phase)), acceleration
 
     @property
-    def drive(self) -> Drive:
-        """The acceleration as kernels read it."""
-        return Drive(float(self.spin_rate), float(self.spin_up_time))
+    def drive(self) -> None:
+        """None: kernels have it."""
+        return
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

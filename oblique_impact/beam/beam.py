@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -9,8 +10,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from oblique_impact.beam import floating_frame, nodal_frame
-from oblique_impact.beam.axis import Places
-from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
+from oblique_impact.beam.axis import Places, place_record
+from oblique_impact.beam.base_motion import BaseMotion, SpinUp, base_motion_of
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
@@ -21,7 +22,7 @@ from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
-from oblique_impact.kernels.workspace import Vectors, own_numbers
+from oblique_impact.kernels.workspace import VECTORS, own_numbers, record_of
 from oblique_impact.scenario.scenario import Scenario
 
 _STIFFENED = 1e-3  # of the mass, small against it and far above rounding
@@ -144,9 +145,8 @@ class Beam:
     def model(self) -> BeamModel | NodalModel:
         """The compiled model, a :class:`~oblique_impact.kernels.system.System`."""
         s, o, kept = self.scenario, self.operators, self.foreshortening
-        frame, n = floating_frame, self.operators.size
+        frame = floating_frame
         full = s.discretization.kinetics == "full"
-        shortening = kept if s.contact.shortening else 0.0
         inverse = np.linalg.inv(o.elastic_mass)
         matrices = {
             frame.ELASTIC_MASS: o.elastic_mass,
@@ -154,32 +154,59 @@ class Beam:
             frame.STIFFNESS: o.K,
             frame.DAMPING: self._damping_matrix(),
             frame.GRAVITY_STIFFNESS: kept * o.D,
-            frame.CONTACT_SHORTENING: shortening * o.contact_shortening,
             frame.MASS_INVERSE: 0.5 * (inverse + inverse.T),
         }
         vectors = {
             frame.COUPLING: o.coupling,
             frame.LOAD: o.P,
             frame.ROOT_SLOPE: o.root_slope,
-            frame.CONTACT_SHAPE: o.contact_shape,
             frame.FOLLOWING: -inverse @ o.coupling * (s.root.kind != "driven"),
-            frame.CONTACT_SLOPE: o.contact_slope,
         }
-        slopes = o.stations.quadrature.slopes
+        numbers = {
+            "root": _ROOTS[s.root.kind],
+            "inertia": o.inertia,
+            "static_moment": o.Sm,
+            "gravity": s.gravity,
+            "hub_radius": s.root.hub_radius,
+            "hub_inertia": self.hub_inertia,
+            "torque": self._torque,
+            **(asdict(self.motion) if isinstance(self.motion, SpinUp) else {}),
+        }
         return (FullBeamModel if full else BeamModel)(
+            numbers=record_of(frame.BEAM_NUMBERS, numbers),
             matrices=np.array([matrices[k] for k in sorted(matrices)]),
             vectors=np.array([vectors[k] for k in sorted(vectors)]),
-            quad_points=self.masses if full else np.zeros((2, 0)),
-            quad_shapes=self.deflections(np.eye(n)) if full else np.zeros((0, n)),
-            quad_shortening=self.integrals(slopes[:, :, None] * slopes[:, None]) if full else np.zeros((0, n, n)),
-            inertia=o.inertia,
-            static_moment=o.Sm,
-            hub_inertia=self.hub_inertia,
-            root=_ROOTS[s.root.kind],
-            drive=self.motion.drive,
             places=self._places(),
-            **self._load_and_slope(),
+            drive=self.motion.drive,
+            shaking=self.shaking,
+            quadrature=self._quadrature() if full else None,
         )
+
+    def _quadrature(self) -> floating_frame.Quadrature:
+        """Points of the beam for the exact kinetic energy."""
+        slopes = self.operators.stations.quadrature.slopes
+        shortening = self.integrals(slopes[:, :, None] * slopes[:, None])
+        return floating_frame.Quadrature(self.masses, self.deflections(np.eye(self.operators.size)), shortening)
+
+    @property
+    def _torque(self) -> float:
+        """Torque (N m) on the hub."""
+        return self.scenario.root.torque if self.scenario.root.kind == "hub" else 0.0
+
+    @property
+    def touches_anywhere(self) -> bool:
+        """Whether the whole beam can touch, not its contact point alone."""
+        s = self.scenario
+        return bool(s.contact.where == "anywhere" and s.contact.enabled and self.contact_places)
+
+    @property
+    def candidates(self) -> list[ContactPlace]:
+        """Places that can touch: of the whole beam, or the contact point on the slope, which perhaps cannot."""
+        if self.touches_anywhere:
+            return self.contact_places
+        s, fibre = self.scenario, self.scenario.contact_fibre
+        numbers = s.contact.point, s.slope.angle, *s.slope.offsets, fibre, fibre * self.foreshortening
+        return [ContactPlace(0, True, numbers, s.slope.extent, s.contact.stiffness)]
 
     @cached_property
     def contact_places(self) -> list[ContactPlace]:
@@ -220,42 +247,28 @@ class Beam:
             return np.asarray((modes * rates) @ (modes.T @ (mass @ Bd)))
         return beam.mass_proportional * Bd if beam.mass_proportional > 0.0 else None
 
-    def _places(self) -> Places | None:
-        """Places of contact as kernels read them; None if one point alone can touch the slope."""
-        if self.scenario.contact.where == "point":
-            return None
-        if self.operators.along is None:
+    def _places(self) -> Places:
+        """Places of contact as kernels read them."""
+        o, along, places = self.operators, self.operators.along, self.candidates
+        tables, each = np.zeros((len(places), o.size + 2, o.size)), self._place_records()
+        if not self.touches_anywhere:
+            kept = self.foreshortening if self.scenario.contact.shortening else 0.0
+            tables[0] = np.vstack([kept * o.contact_shortening, o.contact_shape, o.contact_slope])
+            return Places(each, tables, None)
+        if along is None:
             raise InputError(
                 "discretization: contact anywhere needs shape functions anywhere, BeamOperators.along"
             )
-        places, n = self.contact_places, self.operators.size
-        tables = np.zeros((len(places), n)), np.zeros((len(places), n)), np.zeros((len(places), n, n))
         for k, place in enumerate(places):
             if place.on_side:
-                for table, values in zip(tables, self.operators.along.at(place.numbers[0]), strict=True):
-                    table[k] = values
-        return Places(
-            self.operators.along.fitted(),
-            self.scenario.root.hub_radius,
-            np.array([place.on_side for place in places]),
-            np.array([place.numbers for place in places], dtype=float),
-            *tables,
-        )
+                values, slopes, shortening = along.at(place.numbers[0])
+                tables[k] = np.vstack([shortening, values, slopes])
+        return Places(each, tables, None if all(place.on_side for place in places) else along.fitted())
 
-    def _load_and_slope(self) -> dict[str, Any]:
-        """Fields of both compiled models."""
-        s, (normal_offset, tangential_offset) = self.scenario, self.scenario.slope.offsets
-        return {
-            "gravity": s.gravity,
-            "torque": s.root.torque if s.root.kind == "hub" else 0.0,
-            "contact_radius": s.root.hub_radius + s.contact.point,
-            "fibre": s.contact_fibre,
-            "fibre_turning": s.contact_fibre * self.foreshortening,
-            "slope_angle": s.slope.angle,
-            "normal_offset": normal_offset,
-            "tangential_offset": tangential_offset,
-            "shaking": self.shaking,
-        }
+    def _place_records(self) -> Any:
+        """Return records of the places of contact."""
+        records = [place_record(place.on_side, place.numbers) for place in self.candidates]
+        return np.array(records).view(np.recarray)
 
     @cached_property
     def residual_flexibility(self) -> Array:
@@ -425,35 +438,41 @@ class FullBeam(Beam):
             share = _STIFFENED * deflections[frame.MASS_BAND] / deflections[frame.STIFFNESS_BAND]
             factored[frame.MASS_BAND] += share * bands[frame.STIFFNESS_BAND]
         mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(factored, o.coupling)
+        normal_offset, tangential_offset = s.slope.offsets
+        numbers = {
+            "inertia": o.inertia,
+            "static_moment": o.Sm,
+            "gravity": s.gravity,
+            "torque": self._torque,
+            "kelvin_voigt": s.beam.kelvin_voigt,
+            "mass_proportional": s.beam.mass_proportional,
+            "contact_first": int(at[0]),
+            "contact_end": int(at[-1]) + 1,
+            "contact_radius": s.root.hub_radius + s.contact.point,
+            "fibre": s.contact_fibre,
+            "fibre_turning": s.contact_fibre * self.foreshortening,
+            "slope_angle": s.slope.angle,
+            "normal_offset": normal_offset,
+            "tangential_offset": tangential_offset,
+        }
         return NodalModel(
+            numbers=record_of(frame.NODAL_NUMBERS, numbers),
             bands=bands,
             mass_factor=mass_factor,
             vectors=vectors,
-            inertia=o.inertia,
-            static_moment=o.Sm,
-            kelvin_voigt=s.beam.kelvin_voigt,
-            mass_proportional=s.beam.mass_proportional,
-            contact_first=int(at[0]),
-            contact_end=int(at[-1]) + 1,
             places=self._nodal_places(),
             massless=massless,
-            **self._load_and_slope(),
+            shaking=self.shaking,
         )
 
     def _nodal_places(self) -> NodalPlaces | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""
-        if self.scenario.contact.where == "point":
+        if not self.touches_anywhere:
             return None
         assert self.operators.along is not None
-        places, size = self.contact_places, self.size + 1
-        return NodalPlaces(
-            HermiteShapes.on(self.operators.along.edges),
-            np.array([place.on_side for place in places]),
-            np.array([place.numbers for place in places], dtype=float),
-            np.zeros(size),
-            np.zeros(size),
-            Vectors.new(size),
-        )
+        size = self.size + 1
+        shapes, vectors = HermiteShapes.on(self.operators.along.edges), np.zeros((VECTORS, size))
+        return NodalPlaces(shapes, self._place_records(), np.zeros(size), np.zeros(size), vectors)
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return W and W' at t = 0: the undeformed beam at its initial angle and speed."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from oblique_impact.beam.axis import AxisPoint, panel_of
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import Array, Vectors
+from oblique_impact.kernels.workspace import SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT, Array
 
 Four = tuple[float, float, float, float]
 
@@ -109,7 +109,7 @@ def _bend(s: HermiteShapes, B: Array, Bd: Array) -> None:
 
 
 @jitable
-def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> AxisPoint:
+def _bent_axis(s: HermiteShapes, x: float, B: Array) -> AxisPoint:
     """Bend the axis, see `oblique_impact.beam.axis.Shapes`."""
     element = panel_of(s.edges, x)
     half = 0.5 * (s.edges[element + 1] - s.edges[element])
@@ -125,9 +125,9 @@ def _bent_axis(s: HermiteShapes, x: float, B: Array, polynomial: Array) -> AxisP
 
 
 @jitable
-def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array, v: Array) -> tuple[float, float]:
     """Take shape functions at a place, see `oblique_impact.beam.axis.Shapes`."""
-    shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
+    shapes, slopes, HB = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT]
     k, z, bending = axis.panel, axis.z, s.turns[axis.panel]
     for i in range(B.shape[0] + 1):
         shapes[i], slopes[i], HB[i] = 0.0, 0.0, 0.0

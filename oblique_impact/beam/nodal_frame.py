@@ -19,16 +19,16 @@ matter of choice, and not marched.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.axis import ContactKinematics, Peg, PointOnSide, place_of, touch_peg
-from oblique_impact.beam.floating_frame import kinematics, touch_side
+from oblique_impact.beam.axis import place_of, touch_peg
+from oblique_impact.beam.floating_frame import touch_side
 from oblique_impact.beam.hermite import HermiteShapes, axis_rates
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
+from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -36,12 +36,23 @@ from oblique_impact.kernels.banded import (
     solve_band,
     solve_band_columns,
 )
-from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import (
     EFFECTIVE_SLOTS,
+    FORCES,
+    FREE_ACCELERATION,
+    INCREMENT,
+    PRODUCT_A,
+    PRODUCT_B,
+    RANK_ONE,
+    RESIDUAL,
+    SCRATCH_A,
+    SCRATCH_B,
+    SCRATCH_C,
+    SHORTENING_PRODUCT,
+    VECTORS,
     Array,
     Evaluation,
-    Vectors,
     Workspace,
     copy,
     dot,
@@ -53,18 +64,19 @@ MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
 # slopes there
 COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE, CONTACT_SLOPE = range(8)
 _LANES = 4
+# `Workspace.matrices` of a banded system: columns to solve in, then the factors of effective matrices
+COLUMNS, FIRST_EFFECTIVE = 0, 1
 Three = tuple[Array, Array, Array]
 
 
 class NodalPlaces(NamedTuple):
-    """Places at which the beam can touch obstacles, and its state in the floating frame for the rows there."""
+    """Places at which the whole beam can touch obstacles, and its state in the floating frame."""
 
     shapes: HermiteShapes
-    on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam
-    numbers: Array  # (places, 6) of a `PointOnSide`, or of a `Peg`
+    each: Any  # (places,) records of `oblique_impact.beam.axis.PLACE`
     q: Array  # (n + 1,) theta and B
     qd: Array  # (n + 1,)
-    vectors: Vectors  # of n + 1 coordinates
+    vectors: Array  # (19, n + 1) see `Workspace`
 
 
 class MeanVelocities(NamedTuple):
@@ -78,28 +90,39 @@ class MeanVelocities(NamedTuple):
     hub: bool  # whether the slope of the root has the inertia of a hub
 
 
-class _NodalData(NamedTuple):
-    """A nodal beam on a pin or a hub of radius 0; n free degrees of freedom, constant during a run."""
+#: what is one number of a nodal beam on a pin or a hub of radius 0
+NODAL_NUMBERS = np.dtype(
+    [
+        ("inertia", float),  # J (kg m^2), with the hub's
+        ("static_moment", float),  # Sm (kg m)
+        ("gravity", float),
+        ("torque", float),  # on the hub (N m)
+        ("kelvin_voigt", float),  # s
+        ("mass_proportional", float),  # 1/s
+        # of the contact point on the slope: degrees of freedom that deflection and slope there take, x_F (m),
+        # place e (m) across the beam from its axis, e again, and the slope's angle (rad) and offsets c_n and c_t
+        # (m)
+        ("contact_first", np.int64),
+        ("contact_end", np.int64),
+        ("contact_radius", float),
+        ("fibre", float),
+        ("fibre_turning", float),
+        ("slope_angle", float),
+        ("normal_offset", float),
+        ("tangential_offset", float),
+    ],
+    align=True,
+)
 
+
+class _NodalData(NamedTuple):
+    """A nodal beam with n free degrees of freedom, constant during a run."""
+
+    numbers: Any  # a record of `NODAL_NUMBERS`
     bands: Array  # (5, 4, n) diagonals 0..3: bands[b, k, i] is the entry (i, i + k)
     mass_factor: Array  # (n + 3, 4) of the mass matrix
     vectors: Array  # (8, n)
-    inertia: float  # J (kg m^2), with the hub's
-    static_moment: float  # Sm (kg m)
-    gravity: float
-    torque: float  # on the hub (N m)
-    kelvin_voigt: float  # s
-    mass_proportional: float  # 1/s
-    contact_first: int  # degrees of freedom that deflection and slope at the contact point take
-    contact_end: int
-    contact_radius: float  # x_F (m)
-    fibre: float  # e, place (m) of the contact point across the beam from its axis
-    fibre_turning: float  # e
-    slope_angle: float
-    normal_offset: float  # c_n (m)
-    tangential_offset: float  # c_t (m)
-    places: NodalPlaces | None = None  # in the place of the contact point on the slope: several obstacles
-    place: int = -1  # the one that `evaluate` takes as the contact, -1: none
+    places: NodalPlaces | None = None  # in the place of the contact point on the slope: the whole beam
     massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
     shaking: Shaking | None = None  # of the base
 
@@ -111,16 +134,23 @@ def _frame(model: NodalModel, q: Array, qd: Array) -> tuple[float, float]:
     for i in range(q.shape[0]):
         theta += model.vectors[COUPLING, i] * q[i]
         spin += model.vectors[COUPLING, i] * qd[i]
-    return theta / model.inertia, spin / model.inertia
+    return theta / model.numbers.inertia, spin / model.numbers.inertia
 
 
 @jitable
-def _contact(
-    model: NodalModel, q: Array, qd: Array, rows: bool, biased: bool, w: Workspace
-) -> tuple[ContactKinematics, float, float]:
-    """Gap, slip and their rates, with `rows` D_B + S (D_theta - x.D_B)/J in W; biases only if `biased`."""
-    v, u, e, turning = w.vectors, model.vectors, model.fibre, model.fibre_turning
-    normal_row, tangential_row, scratch_a, HB = v.normal_row, v.tangential_row, v.scratch_a, v.scratch_c
+def _touch_point(
+    model: NodalModel,
+    q: Array,
+    qd: Array,
+    rows: bool,
+    w: Workspace,
+    at: Candidate,
+    normal_row: Array,
+    tangential_row: Array,
+) -> None:
+    """Gap, slip and rates of the contact point, with `rows` biases and the rows D_B + S (D_theta - x.D_B)/J."""
+    v, u, n = w.vectors, model.vectors, model.numbers
+    e, turning, scratch_a, HB = n.fibre, n.fibre_turning, v[SCRATCH_A], v[SCRATCH_C]
     shape, slope = u[CONTACT_SHAPE], u[CONTACT_SLOPE]
     theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, HB)
@@ -131,22 +161,22 @@ def _contact(
         bent += HB[i] * q[i]
         bending += HB[i] * qd[i]
     place, speed, phi, phi_rate = 0.0, 0.0, -theta, -spin
-    for i in range(model.contact_first, model.contact_end):
+    for i in range(n.contact_first, n.contact_end):
         place += shape[i] * q[i]
         speed += shape[i] * qd[i]
         phi += slope[i] * q[i]
         phi_rate += slope[i] * qd[i]
-    x = model.contact_radius - 0.5 * (bent - theta * rigid) - e * phi
-    y = place - model.contact_radius * theta + (e - 0.5 * turning * phi * phi)
+    x = n.contact_radius - 0.5 * (bent - theta * rigid) - e * phi
+    y = place - n.contact_radius * theta + (e - 0.5 * turning * phi * phi)
     x_rate = -(bending - spin * rigid) - e * phi_rate
-    y_rate = speed - model.contact_radius * spin - turning * phi * phi_rate
-    angle = theta - model.slope_angle
+    y_rate = speed - n.contact_radius * spin - turning * phi * phi_rate
+    angle = theta - n.slope_angle
     c, s = np.cos(angle), np.sin(angle)
     # -dx/dB and dy/dB of the contact point by the rigid rotation x
-    along, across = rigid + e, model.contact_radius - turning * phi
-    normal = (x * c - y * s + s * along - c * across) / model.inertia
-    tangential = (-x * s - y * c + c * along + s * across) / model.inertia
-    momentum = model.inertia * spin  # S.W'
+    along, across = rigid + e, n.contact_radius - turning * phi
+    normal = (x * c - y * s + s * along - c * across) / n.inertia
+    tangential = (-x * s - y * c + c * along + s * across) / n.inertia
+    momentum = n.inertia * spin  # S.W'
     gap_rate, slip_rate = normal * momentum - s * bending, tangential * momentum - c * bending
     lengthwise, crosswise = e * (phi_rate + spin), turning * phi * (phi_rate + spin)
     gap_rate -= s * lengthwise + c * crosswise
@@ -155,18 +185,18 @@ def _contact(
         for i in range(q.shape[0]):
             normal_row[i] = -s * HB[i] + normal * u[COUPLING, i]
             tangential_row[i] = -c * HB[i] + tangential * u[COUPLING, i]
-        for i in range(model.contact_first, model.contact_end):
+        for i in range(n.contact_first, n.contact_end):
             normal_row[i] += c * (shape[i] - turning * phi * slope[i]) - s * e * slope[i]
             tangential_row[i] -= s * (shape[i] - turning * phi * slope[i]) + c * e * slope[i]
-    curved = 0.0  # B'^T H B'
-    if biased:
+    square, turned, curved = spin * spin, turning * phi_rate * phi_rate, 0.0  # B'^T H B'
+    at.gap, at.slip = x * s + y * c - n.normal_offset, x * c - y * s - n.tangential_offset
+    at.gap_rate, at.slip_rate = gap_rate + c * speed, slip_rate - s * speed
+    if rows:
         band_multiply(model.bands, SHORTENING_BAND, qd, scratch_a)
         curved = dot(scratch_a, qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
-    offsets = model.normal_offset, model.tangential_offset
-    biases = curved, turning * phi_rate * phi_rate
-    k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
-    return k, gap_rate + c * speed, slip_rate - s * speed
+        at.gap_bias = 2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * curved - c * turned
+        at.slip_bias = -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * curved + s * turned
 
 
 @jitable
@@ -189,21 +219,22 @@ def take_nodal_state(model: NodalModel, t: float, q: Array, qd: Array, w: Worksp
 
 
 @jitable
-def _touch_place(places: NodalPlaces, model: NodalModel, i: int, w: Workspace) -> Evaluation:
-    """Gap, slip and rates of one of several places, with the rows D_B + S (D_theta - x.D_B)/J in W."""
-    frame, frame_qd, v = places.q, places.qd, places.vectors
-    n, B, Bd = places.numbers[i], frame[1:], frame_qd[1:]
-    if places.on_side[i]:
-        axis = places.shapes.bent_axis(n[0], B, v.polynomial)
+def _touch_place(
+    places: NodalPlaces, model: NodalModel, i: int, w: Workspace, c: Candidate, normal: Array, tangential: Array
+) -> None:
+    """Gap, slip, rates and biases of one of several places, with the rows D_B + S (D_theta - x.D_B)/J."""
+    frame, frame_qd, v, place = places.q, places.qd, places.vectors, places.each[i]
+    B, Bd, own_normal, own_tangential = frame[1:], frame_qd[1:], v[PRODUCT_A], v[PRODUCT_B]
+    if place.on_side:
+        axis = places.shapes.bent_axis(place.x, B)
         bending, _ = places.shapes.take_shapes(axis, B, Bd, v)
-        point = PointOnSide(n[0], n[1], n[2], n[3], n[4], n[5])
-        k = touch_side(point, v.scratch_a[1:], v.scratch_b[1:], frame, frame_qd, bending, v)
+        shape, slope, HB = v[SCRATCH_A, 1:], v[SCRATCH_B, 1:], v[SHORTENING_PRODUCT]
+        touch_side(place, 0.0, shape, slope, HB, bending, frame, frame_qd, c, own_normal, own_tangential)
     else:
-        k = touch_peg(places.shapes, 0.0, Peg(n[0], n[1], n[2], n[3], n[4]), frame, frame_qd, v)
-    _turn_row(model, v.normal_row, w.vectors.normal_row)
-    _turn_row(model, v.tangential_row, w.vectors.tangential_row)
-    gap_rate, slip_rate = dot(v.normal_row, frame_qd), dot(v.tangential_row, frame_qd)
-    return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, 0.0, 0.0, 0.0)
+        touch_peg(places.shapes, 0.0, place, frame, frame_qd, v, c, own_normal, own_tangential)
+    _turn_row(model, own_normal, normal)
+    _turn_row(model, own_tangential, tangential)
+    c.gap_rate, c.slip_rate = dot(own_normal, frame_qd), dot(own_tangential, frame_qd)
 
 
 @jitable
@@ -212,73 +243,97 @@ def _turn_row(model: NodalModel, row: Array, target: Array) -> None:
     share = row[0]
     for i in range(target.shape[0]):
         share -= model.vectors[RIGID, i] * row[i + 1]
-    share /= model.inertia
+    share /= model.numbers.inertia
     for i in range(target.shape[0]):
         target[i] = row[i + 1] + share * model.vectors[COUPLING, i]
 
 
 @jitable
-def _touch(places: NodalPlaces | None, model: NodalModel, i: int, w: Workspace) -> Evaluation:
-    """Evaluate one of several places; the compiler drops this of a model that has none."""
+def _touch(
+    places: NodalPlaces | None,
+    model: NodalModel,
+    i: int,
+    q: Array,
+    qd: Array,
+    w: Workspace,
+    c: Candidate,
+    normal: Array,
+    tangential: Array,
+) -> None:
+    """Touch the contact point or one of several places; the compiler drops one of the two branches."""
     if places is None:
-        return Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return _touch_place(places, model, i, w)
+        _touch_point(model, q, qd, True, w, c, normal, tangential)
+    else:
+        _touch_place(places, model, i, w, c, normal, tangential)
 
 
 @jitable
-def touch_nodal(model: NodalModel, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-    """Fill the contact rows of one of several places in the state that was taken last."""
-    return _touch(model.places, model, place, w)
+def touch_nodal(
+    model: NodalModel,
+    i: int,
+    t: float,
+    q: Array,
+    qd: Array,
+    w: Workspace,
+    c: Candidate,
+    normal: Array,
+    tangential: Array,
+) -> None:
+    """Gap, slip, their rates and biases of one place of contact in the state taken last, and its rows."""
+    _touch(model.places, model, i, q, qd, w, c, normal, tangential)
 
 
 @jitable
-def _measure_peg(places: NodalPlaces, peg: Peg, c: float, s: float, found: Array) -> None:
-    """Gap, slip and gap rate of a peg as in `touch_peg`; c and s are cosine and sine of the frame's angle."""
+def _measure_peg(places: NodalPlaces, peg: Any, cosine: float, sine: float, c: Candidate) -> None:
+    """Gap, slip and gap rate of a peg as in `touch_peg`, at cosine and sine of the frame's angle."""
     spin, B, Bd = places.qd[0], places.q[1:], places.qd[1:]
-    X, Y = peg.x * c + peg.y * s, peg.y * c - peg.x * s
-    x, axis = place_of(places.shapes, 0.0, X, Y, B, places.vectors.polynomial)
+    X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
+    x, axis = place_of(places.shapes, 0.0, X, Y, B)
     u_x_rate, u_y_rate, _ = axis_rates(places.shapes, axis, B, Bd)
     steep = 1.0 - 0.5 * axis.slope * axis.slope
     stretch = np.sqrt(steep * steep + axis.slope * axis.slope)
     nx, ny = -peg.side * axis.slope / stretch, peg.side * steep / stretch
     rx, ry = x + axis.u_x, axis.u_y
-    found[0], found[1] = nx * (rx - X) + ny * (ry - Y) - peg.distance, -x
-    found[2] = nx * (u_x_rate - spin * ry) + ny * (u_y_rate + spin * rx)
+    c.gap, c.slip = nx * (rx - X) + ny * (ry - Y) - peg.distance, -x
+    c.gap_rate = nx * (u_x_rate - spin * ry) + ny * (u_y_rate + spin * rx)
 
 
 @jitable
-def _measure_places(places: NodalPlaces | None, found: Array) -> None:
-    """Measure all places, each in O(1); the compiler drops this of a model that has none."""
+def _measure_side(places: NodalPlaces, place: Any, at: Candidate) -> None:
+    """Gap, slip and gap rate of a place of the beam against a side, as in `touch_side`."""
+    spin, B, Bd, fibre, angle = places.qd[0], places.q[1:], places.qd[1:], place.fibre, places.q[0] - place.angle
+    axis = places.shapes.bent_axis(place.x, B)
+    u_x_rate, u_y_rate, slope_rate = axis_rates(places.shapes, axis, B, Bd)
+    c, s = np.cos(angle), np.sin(angle)
+    x = place.x + axis.u_x - fibre * axis.slope
+    y = axis.u_y + (fibre - 0.5 * place.turning * axis.slope * axis.slope)
+    x_rate = u_x_rate - fibre * slope_rate - spin * y
+    y_rate = u_y_rate - place.turning * axis.slope * slope_rate + spin * x
+    at.gap, at.slip = x * s + y * c - place.normal_offset, x * c - y * s - place.tangential_offset
+    at.gap_rate = s * x_rate + c * y_rate
+
+
+@jitable
+def _measure(
+    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, w: Workspace, contacts: Contacts
+) -> None:
+    """Measure the contact point or all places, each in O(1); the compiler drops one of the two branches."""
     if places is None:
-        return
-    theta, spin, B, Bd = places.q[0], places.qd[0], places.q[1:], places.qd[1:]
-    cosine, sine = np.cos(theta), np.sin(theta)
-    for i in range(found.shape[0]):
-        n = places.numbers[i]
-        if not places.on_side[i]:
-            _measure_peg(places, Peg(n[0], n[1], n[2], n[3], n[4]), cosine, sine, found[i])
-            continue
-        axis, fibre, turning, angle = (
-            places.shapes.bent_axis(n[0], B, places.vectors.polynomial),
-            n[4],
-            n[5],
-            theta - n[1],
-        )
-        u_x_rate, u_y_rate, slope_rate = axis_rates(places.shapes, axis, B, Bd)
-        c, s = np.cos(angle), np.sin(angle)
-        x = n[0] + axis.u_x - fibre * axis.slope
-        y = axis.u_y + (fibre - 0.5 * turning * axis.slope * axis.slope)
-        x_rate = u_x_rate - fibre * slope_rate - spin * y
-        y_rate = u_y_rate - turning * axis.slope * slope_rate + spin * x
-        found[i, 0], found[i, 1] = x * s + y * c - n[2], x * c - y * s - n[3]
-        found[i, 2] = s * x_rate + c * y_rate
+        _touch_point(model, q, qd, False, w, contacts.each[0], w.vectors[SCRATCH_A], w.vectors[SCRATCH_A])
+    else:
+        cosine, sine = np.cos(places.q[0]), np.sin(places.q[0])
+        for i in range(len(contacts.each)):
+            if places.each[i].on_side:
+                _measure_side(places, places.each[i], contacts.each[i])
+            else:
+                _measure_peg(places, places.each[i], cosine, sine, contacts.each[i])
 
 
 @jitable
-def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
-    """Gap, slip and gap rate of every place into `found` (places, 3)."""
+def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
+    """Gap, slip and gap rate of every place of contact."""
     _take_state(model.places, model, q, qd)
-    _measure_places(model.places, found)
+    _measure(model.places, model, q, qd, w, contacts)
 
 
 @jitable
@@ -307,35 +362,13 @@ def set_massless_nodal(model: NodalModel, mean: Array, v: Array) -> None:
 
 
 @jitable
-def _contact_at(
-    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, rows: bool, biased: bool, w: Workspace
-) -> Evaluation:
-    """Contact on the slope or at one of several places; the compiler drops one of the two branches."""
-    if places is None:
-        k, gap_rate, slip_rate = _contact(model, q, qd, rows, biased, w)
-        return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, 0.0, 0.0, 0.0)
-    if model.place >= 0:
-        _take_state(places, model, q, qd)
-        return _touch_place(places, model, model.place, w)
-    for i in range(q.shape[0]):
-        w.vectors.normal_row[i] = 0.0
-        w.vectors.tangential_row[i] = 0.0
-    return Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@inlined
-def _with_powers(e: Evaluation, damping: float, supplied: float, rank_one: float) -> Evaluation:
-    return Evaluation(e.gap, e.slip, e.gap_rate, e.slip_rate, e.gap_bias, e.slip_bias, damping, supplied, rank_one)
-
-
-@jitable
 def _forces(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> tuple[float, float]:
     """Generalized forces f - K W - Cd W'; returns kappa and the power (W) of damping."""
-    v, u, J = w.vectors, model.vectors, model.inertia
-    forces, NW, DB, B = v.forces, v.scratch_a, v.scratch_b, v.scratch_c
+    v, u, numbers, J = w.vectors, model.vectors, model.numbers, model.numbers.inertia
+    forces, NW, DB, B = v[FORCES], v[SCRATCH_A], v[SCRATCH_B], v[SCRATCH_C]
     n = q.shape[0]
     theta, spin = _frame(model, q, qd)
-    g, c, s = weight_in_frame(model.shaking, model.gravity, t, theta)
+    g, c, s = weight_in_frame(model.shaking, numbers.gravity, t, theta)
     band_multiply(model.bands, SPIN_BAND, q, NW)
     band_multiply(model.bands, GRAVITY_BAND, q, DB)
     # K W = K B, but in W the rounding of K x would hold the beam like a spring, the stiffer the finer the mesh
@@ -351,20 +384,20 @@ def _forces(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> t
         bent += DB[i] * q[i]
         lifted += u[LOAD, i] * q[i]
     bent -= theta * gravity_rigid  # B^T D B
-    lifted -= theta * model.static_moment  # P.B
+    lifted -= theta * numbers.static_moment  # P.B
     moment = -2.0 * spin * lagging
-    moment -= g * (c * (model.static_moment - 0.5 * bent) - s * lifted)
-    moment += g * (c * model.static_moment - s * gravity_rigid)  # - x.f_B
+    moment -= g * (c * (numbers.static_moment - 0.5 * bent) - s * lifted)
+    moment += g * (c * numbers.static_moment - s * gravity_rigid)  # - x.f_B
     moment /= J
     square = spin * spin
     for i in range(n):
         forces[i] = square * NW[i] - g * (c * u[LOAD, i] - s * DB[i]) + moment * u[COUPLING, i] - forces[i]
-    forces[0] += model.torque  # the first free coordinate is the slope at the root
+    forces[0] += numbers.torque  # the first free coordinate is the slope at the root
     power = 0.0
-    if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
+    if numbers.kelvin_voigt > 0.0 or numbers.mass_proportional > 0.0:
         power = _damp(model, qd, w)
         for i in range(n):
-            forces[i] -= v.scratch_a[i]
+            forces[i] -= NW[i]
     return lag / (J * J), power
 
 
@@ -376,10 +409,10 @@ def _supplied_power(
 
     The compiler drops the latter of a base that is not shaken.
     """
-    power: float = model.torque * qd[0]
+    power: float = model.numbers.torque * qd[0]
     if shaking is None:
         return power
-    u, DB = model.vectors, w.vectors.scratch_b
+    u, DB = model.vectors, w.vectors[SCRATCH_B]
     theta, spin = _frame(model, q, qd)
     along, across = direction_in_frame(shaking, np.cos(theta), np.sin(theta))
     band_multiply(model.bands, GRAVITY_BAND, q, DB)
@@ -392,8 +425,8 @@ def _supplied_power(
         my += u[LOAD, i] * q[i]
         my_rate += u[LOAD, i] * qd[i]
     # first moments of mass along x and y of the frame, and their rates in it
-    mx, mx_rate = model.static_moment - 0.5 * (bent - theta * rigid), -(bending - spin * rigid)
-    my, my_rate = my - theta * model.static_moment, my_rate - spin * model.static_moment
+    mx, mx_rate = model.numbers.static_moment - 0.5 * (bent - theta * rigid), -(bending - spin * rigid)
+    my, my_rate = my - theta * model.numbers.static_moment, my_rate - spin * model.numbers.static_moment
     momentum: float = along * (mx_rate - spin * my) + across * (my_rate + spin * mx)
     return power - base_acceleration(shaking, t) * momentum
 
@@ -402,14 +435,14 @@ def _supplied_power(
 def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
     """Damping forces Cd W' into the row SCRATCH_A; their power (W)."""
     v, n, power = w.vectors, qd.shape[0], 0.0
-    scratch_a, scratch_b = v.scratch_a, v.scratch_b
-    spin = dot(model.vectors[COUPLING], qd) / model.inertia
+    scratch_a, scratch_b = v[SCRATCH_A], v[SCRATCH_B]
+    spin = dot(model.vectors[COUPLING], qd) / model.numbers.inertia
     band_multiply(model.bands, STIFFNESS_BAND, qd, scratch_a)
     band_multiply(model.bands, MASS_BAND, qd, scratch_b)
     for i in range(n):
         # mass-proportional damping acts on B' only: M B' = M W' - S theta'
-        scratch_a[i] *= model.kelvin_voigt
-        scratch_a[i] += model.mass_proportional * (scratch_b[i] - spin * model.vectors[COUPLING, i])
+        scratch_a[i] *= model.numbers.kelvin_voigt
+        scratch_a[i] += model.numbers.mass_proportional * (scratch_b[i] - spin * model.vectors[COUPLING, i])
         power += scratch_a[i] * qd[i]
     return power
 
@@ -417,41 +450,33 @@ def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
 @jitable
 def nodal_damping(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
-    if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
+    if model.numbers.kelvin_voigt > 0.0 or model.numbers.mass_proportional > 0.0:
         return _damp(model, qd, w)
     return 0.0
 
 
 @jitable
 def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-    """Fill forces and contact rows at (q, q')."""
+    """Fill forces at (q, q')."""
     rank_one, damping = _forces(model, t, q, qd, w)
-    e = _contact_at(model.places, model, q, qd, True, True, w)
-    return _with_powers(e, damping, _supplied_power(model.shaking, model, t, q, qd, w), rank_one)
+    return Evaluation(damping, _supplied_power(model.shaking, model, t, q, qd, w), rank_one)
 
 
 @jitable
-def take_nodal_residual(
-    model: NodalModel, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace
-) -> Evaluation:
-    """Take forces and the residual f - K W - Cd W' - M W'' and, with `contact`, the rows; no biases."""
-    v = w.vectors
-    forces, residual = v.forces, v.residual
+def take_nodal_residual(model: NodalModel, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:
+    """Take forces and the residual f - K W - Cd W' - M W''."""
+    forces, residual = w.vectors[FORCES], w.vectors[RESIDUAL]
     rank_one, damping = _forces(model, t, q, qd, w)
-    e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if contact:
-        e = _contact_at(model.places, model, q, qd, True, False, w)
     multiply_nodal_mass(model, rank_one, w, qdd, residual)
     for i in range(q.shape[0]):
         residual[i] = forces[i] - residual[i]
-    return _with_powers(e, damping, _supplied_power(model.shaking, model, t, q, qd, w), rank_one)
+    return Evaluation(damping, _supplied_power(model.shaking, model, t, q, qd, w), rank_one)
 
 
 @jitable
-def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
-    """Gap, slip and their rates at (q, q'), the rows with `contact`."""
-    e = _contact_at(model.places, model, q, qd, contact, False, w)
-    return _with_powers(e, 0.0, _supplied_power(model.shaking, model, t, q, qd, w), 0.0)
+def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Supplied power at (q, q')."""
+    return Evaluation(0.0, _supplied_power(model.shaking, model, t, q, qd, w), 0.0)
 
 
 @jitable
@@ -510,23 +535,37 @@ def _solve_three(
 
 
 @jitable
-def _solve_contact(
-    model: NodalModel, rank_one: float, factors: Array, response: Array, right: Array, x: Array, w: Workspace
+def _solve_contacts(
+    model: NodalModel,
+    rank_one: float,
+    factors: Array,
+    response: Array,
+    right: Array,
+    x: Array,
+    w: Workspace,
+    contacts: Contacts,
 ) -> bool:
-    """Solve for a vector and for the contact rows; see `_solve`."""
-    v = w.vectors
-    rights, xs = (right, v.normal_row, v.tangential_row), (x, v.normal_response, v.tangential_response)
-    return _solve_three(model, rank_one, factors, response, w.factor, rights, xs)
+    """Solve for a vector and the rows of the closed contacts, those of the first with the vector."""
+    rows, first, defined = contacts.rows, True, True
+    for i in range(len(contacts.each)):
+        if contacts.each[i].state == FREE:
+            continue
+        normal, tangential = rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
+        to_normal, to_tangential = rows[RESPONSE, i, 0], rows[RESPONSE, i, 1]
+        lead, result = (right, x) if first else (normal, to_normal)
+        rights, xs = (lead, normal, tangential), (result, to_normal, to_tangential)
+        defined = _solve_three(model, rank_one, factors, response, w.matrices[COLUMNS], rights, xs)
+        first = False
+    return defined
 
 
 @jitable
-def solve_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, contact: bool) -> bool:
-    """Acceleration without contact force and, with `contact`, M^-1 D^T; False if M is not positive definite."""
+def solve_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
+    """Acceleration without contact force and, with `closed`, M^-1 D^T; False if M is not positive definite."""
     v, factors, response = w.vectors, model.mass_factor, model.vectors[MASS_RESPONSE]
-    right, x = v.forces, v.free_acceleration
-    if contact:
-        return _solve_contact(model, rank_one, factors, response, right, x, w)
-    return _solve(model, rank_one, factors, response, right, x)
+    if closed:
+        return _solve_contacts(model, rank_one, factors, response, v[FORCES], v[FREE_ACCELERATION], w, contacts)
+    return _solve(model, rank_one, factors, response, v[FORCES], v[FREE_ACCELERATION])
 
 
 @jitable
@@ -536,26 +575,27 @@ def factor_nodal_effective(
     """Factor M + velocity Cd + position K in a slot, only if the step has changed (`stale`)."""
     if not stale:
         return True
-    mass = 1.0 + velocity * model.mass_proportional
-    stiffness = position + velocity * model.kelvin_voigt
-    factors = w.effective[slot]
+    mass = 1.0 + velocity * model.numbers.mass_proportional
+    stiffness = position + velocity * model.numbers.kelvin_voigt
+    factors = w.matrices[FIRST_EFFECTIVE + slot]
     if not factor_band(model.bands, MASS_BAND, mass, STIFFNESS_BAND, stiffness, factors):
         return False
-    response = w.vectors.rank_one[slot]
+    response = w.vectors[RANK_ONE + slot]
     copy(model.vectors[COUPLING], response)
     solve_band(factors, response)
     return True
 
 
 @jitable
-def solve_nodal_effective(model: NodalModel, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
-    """S^-1 of the residual and, with `contact`, of the contact rows."""
-    v, factors, response = w.vectors, w.effective[slot], w.vectors.rank_one[slot]
-    right, x = v.residual, v.increment
-    if contact:
-        _solve_contact(model, rank_one, factors, response, right, x, w)
+def solve_nodal_effective(
+    model: NodalModel, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool
+) -> None:
+    """S^-1 of the residual and, with `closed`, of the rows of the closed contacts."""
+    v, factors, response = w.vectors, w.matrices[FIRST_EFFECTIVE + slot], w.vectors[RANK_ONE + slot]
+    if closed:
+        _solve_contacts(model, rank_one, factors, response, v[RESIDUAL], v[INCREMENT], w, contacts)
     else:
-        _solve(model, rank_one, factors, response, right, x)
+        _solve(model, rank_one, factors, response, v[RESIDUAL], v[INCREMENT])
 
 
 @jitable
@@ -563,13 +603,14 @@ def solve_nodal_rows(
     model: NodalModel, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
 ) -> None:
     """S^-1 of the contact rows of many places, three at a time; the last ones perhaps twice."""
-    last = rows.shape[0] * sides - 1
+    last, factors = rows.shape[0] * sides - 1, w.matrices[FIRST_EFFECTIVE + slot]
+    response = w.vectors[RANK_ONE + slot]
     for first in range(0, last + 1, 3):
         i, j, k = first, min(first + 1, last), min(first + 2, last)
         a, b, c = i % sides, j % sides, k % sides
         i, j, k = i // sides, j // sides, k // sides
         rights, xs = (rows[i, a], rows[j, b], rows[k, c]), (responses[i, a], responses[j, b], responses[k, c])
-        _solve_three(model, rank_one, w.effective[slot], w.vectors.rank_one[slot], w.factor, rights, xs)
+        _solve_three(model, rank_one, factors, response, w.matrices[COLUMNS], rights, xs)
 
 
 class NodalModel(_NodalData):
@@ -596,8 +637,7 @@ class NodalModel(_NodalData):
         """Allocate the arrays of a run; memory is linear in the degrees of freedom."""
         n = self.vectors.shape[1]
         rows = n + HALF_BANDWIDTH  # zeros behind the last row, so that a solve needs no special case
-        effective = np.zeros((EFFECTIVE_SLOTS, rows, _LANES))
-        return Workspace(np.zeros((0, 0)), np.zeros((rows, _LANES)), effective, Vectors.new(n))
+        return Workspace(np.zeros((FIRST_EFFECTIVE + EFFECTIVE_SLOTS, rows, _LANES)), np.zeros((VECTORS, n)))
 
     def definiteness(self, rank_one: float, w: Workspace) -> float:
         """1 + kappa S.M^-1 S, which vanishes with the definiteness of the mass matrix."""

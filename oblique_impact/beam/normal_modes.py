@@ -23,9 +23,9 @@ def normal_modes(model: BeamModel) -> NormalModes | None:
 
     None if damping couples them.
     """
-    size, driven = 1 + model.vectors.shape[1], model.root == DRIVEN
+    size, driven = 1 + model.vectors.shape[1], model.numbers.root == DRIVEN
     mass, stiffness, damping = np.zeros((3, size, size))
-    mass[0, 0] = 1.0 if driven else model.inertia
+    mass[0, 0] = 1.0 if driven else model.numbers.inertia
     mass[0, 1:] = mass[1:, 0] = 0.0 if driven else model.vectors[COUPLING]
     for matrix, which in ((mass, ELASTIC_MASS), (stiffness, STIFFNESS), (damping, DAMPING)):
         matrix[1:, 1:] = model.matrices[which]

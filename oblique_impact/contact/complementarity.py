@@ -109,7 +109,7 @@ def _leaving_row(table: Array, basis: NDArray[np.int64], n: int, entering: int, 
     return row
 
 
-class Candidate(NamedTuple):
+class Closed(NamedTuple):
     """A closed contact whose forces are wanted."""
 
     slip: int  # direction of slip; 0: at rest, so that it may stick
@@ -126,7 +126,7 @@ class ContactSolution(NamedTuple):
     several: bool = False  # whether there are other solutions, with other accelerations
 
 
-def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> ContactSolution:
+def contact_forces(delassus: Array, free: Array, candidates: Sequence[Closed]) -> ContactSolution:
     """Solve for the forces of closed contacts, at rest or sliding.
 
     With 0 <= lambda_n, 0 <= gap'', their product 0, a contact that slides has lambda_tau = ratio lambda_n.  One at
@@ -144,7 +144,7 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
         Accelerations of gap and slip of each contact (m/s^2) by a unit force, normal or tangential, of each.
     free : ndarray, shape (n, 2)
         Accelerations of gap and slip without contact forces (m/s^2).
-    candidates : sequence of Candidate
+    candidates : sequence of Closed
         The n contacts.
 
     Raises
@@ -176,7 +176,7 @@ def _differ(delassus: Array, one: ContactSolution, other: ContactSolution) -> bo
 class _Cases:
     """The linear equations of all states that n contacts may have, the arguments as of :func:`contact_forces`."""
 
-    def __init__(self, delassus: Array, free: Array, candidates: Sequence[Candidate]) -> None:
+    def __init__(self, delassus: Array, free: Array, candidates: Sequence[Closed]) -> None:
         n = len(candidates)
         self._delassus, self._free, self._candidates = delassus.reshape(2 * n, 2 * n), free, candidates
         self._rigid = np.array([c.push is None for c in candidates])
@@ -231,7 +231,7 @@ class _Cases:
             yield ContactSolution(forces[case] * holds[:, None], found[case])
 
 
-def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> ContactSolution | None:
+def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Closed]) -> ContactSolution | None:
     """Return the solution by Lemke's method, None where it ends in a ray."""
     n = len(candidates)
     normal = [i for i, c in enumerate(candidates) if c.push is None]

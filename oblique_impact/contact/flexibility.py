@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.state import Contacts
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array
 
@@ -118,14 +119,14 @@ def yielding_between(y: Flexibility, h: float, i: int, a: int, j: int, b: int) -
 
 
 @jitable
-def take_places(y: Flexibility, theta: float, measured: Array) -> None:
+def take_places(y: Flexibility, theta: float, contacts: Contacts) -> None:
     """Take the directions across the beam at the angle theta of the frame, or the places along it.
 
-    Obstacle points turn with the frame, and slide along the beam by their slips in column 1 of `measured` (n, 3).
+    Obstacle points turn with the frame, and slide along the beam by their slips.
     """
     for i in range(y.pressed.shape[0]):
         if y.matrix.shape[0] == 0:
-            y.reach[i] = reach_at(y, i, measured[i, _SLIP])
+            y.reach[i] = reach_at(y, i, contacts.each[i].slip)
         elif y.facing[i] != 0.0:
             y.toward[i, 0], y.toward[i, 1] = y.facing[i], 0.0
         else:

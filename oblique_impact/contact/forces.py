@@ -1,4 +1,4 @@
-"""Contact forces in each contact state.
+"""Forces of all contacts at once, each in its state.
 
 The force of a rigid contact follows from the constraint on the acceleration level with Baumgarte's
 stabilization, Z'' + c Z' + k Z = 0 (Yuan et al. 2016, Secs. 4 and 5; Baumgarte 1972).  With the
@@ -7,6 +7,8 @@ Delassus entries A_nn = D_n M^-1 D_n^T, A_nt, A_tt:
     SLIP    lambda_tau = r lambda_n,  r = intercept + slope Z_tau'
             (A_nn + r A_nt) lambda_n = -(Z_n''free + c Z_n' + k Z_n)
     STICK   both constraints at once, a 2 x 2 system
+
+which is what one contact alone has; of several all unknown forces follow from one system of equations.
 
 A compliant stop has no normal constraint: its force is a function of the depth d = -Z_n and its rate, and
 never pulls.  Friction and stick are the same.
@@ -19,6 +21,8 @@ series with the stop, k_eff = 1/(1/k + G), and its viscosity relaxes it in the t
 which is exact for a rigid stop and for eta = 0.  A contact point without inertia lies on a rigid stop while the
 coordinates go on by Z_n: its slip is Z_tau + t Z_n, t = tan beta (`inclined`), the force conjugate to Z_n is
 N = lambda_n - t lambda_tau, and with lambda_tau = r lambda_n the contact's laws read lambda_tau = r N/(1 - r t).
+With the row D_tau + t D_n of this slip the forces N and lambda_tau act as those of any contact: N is what
+`Candidate.normal_force` holds, lambda_n what is reported.
 
 The factor A_nn + r A_nt is the effective inverse normal mass of the sliding contact; where it is not
 positive the forward problem has no solution (Painleve), or the contact opens, also where it could hold.
@@ -28,22 +32,26 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from oblique_impact.contact.state import (
+    DIRECTION,
     FREE,
-    NO_CONTACT,
+    GUARDS,
+    LOWER,
+    RESPONSE,
     SLIDING,
     STICKING,
+    UPPER,
+    Candidate,
+    Contacts,
     Guards,
-    Instant,
-    Phase,
-    Residual,
-    Stick,
-    Stop,
 )
+from oblique_impact.kernels.dense import eliminate
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.system import System
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
+from oblique_impact.kernels.workspace import ACCELERATION, FREE_ACCELERATION, SUPPLY, Array, Workspace, copy, dot
 
 #: status of a solution of the contact problem
 OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
@@ -59,8 +67,11 @@ class Forces(NamedTuple):
     """Contact forces (N), or the reason why there are none."""
 
     status: int
-    normal: float
+    normal: float  # conjugate to the gap
     tangential: float
+
+
+# --- laws of a stop
 
 
 @inlined
@@ -85,70 +96,78 @@ def share_of(slip: float, first: float, last: float, cell: float) -> tuple[float
 
 
 @inlined
-def end_push(stop: Stop, gap: float) -> float:
+def end_push(c: Candidate) -> float:
     """Force (N) along the slide of a bedding under a cell of the beam that lies over an end of it.
 
     It is what the energy 1/2 k d^2 of springs under the cell changes by as more or fewer of them lie there.
     """
-    depth = max(0.0, -gap)
-    return -0.5 * stop.stiffness * stop.fading * depth * depth
+    if c.cell == 0.0 or c.state == FREE:
+        return 0.0
+    depth = max(0.0, -c.gap)
+    return -0.5 * c.stiffness * share_of(c.slip, c.first, c.last, c.cell)[1] * depth * depth
 
 
 @inlined
-def _law_force(law: Law | None, stop: Stop, depth: float, rate: float) -> float:
+def _borne(c: Candidate) -> float:
+    """Stiffness (N/m) of the part of a stop that is there."""
+    return c.stiffness * share_of(c.slip, c.first, c.last, c.cell)[0]
+
+
+@jitable
+def _law_force(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
     """Force (N) of the law of a stop alone, which may be negative; the compiler drops one of the two branches."""
     if law is None:
-        return spring_force(depth, rate, stop.share * stop.stiffness, stop.damping)
+        return spring_force(depth, rate, _borne(c), c.damping)
     return law(depth, rate)
 
 
 @jitable
-def own_force(stop: Stop, depth: float, rate: float) -> float:
+def own_force(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
     """Force (N) of the stop alone at its compression (m) and rate (m/s), never negative."""
-    return max(0.0, _law_force(stop.law, stop, depth, rate))
+    return max(0.0, _law_force(law, c, depth, rate))
 
 
 @jitable
-def stop_force(stop: Stop, residual: Residual, gap: float, gap_rate: float) -> float:
+def stop_force(law: Law | None, c: Candidate, gap: float, gap_rate: float) -> float:
     """Return the normal force (N) of a compliant stop at the depth -gap, never negative."""
     depth, rate = max(0.0, -gap), -gap_rate
-    if residual.compliance == 0.0:
-        return own_force(stop, depth, rate)
-    if stop.massless:
-        return max(0.0, (depth + residual.relaxation * rate) / residual.compliance)
+    if c.compliance == 0.0:
+        return own_force(law, c, depth, rate)
+    if c.massless:
+        return max(0.0, (depth + c.relaxation * rate) / c.compliance)
     if depth == 0.0:
         return 0.0
-    force = _force_in_series(stop.law, stop, residual.compliance, depth, rate)
-    return max(0.0, force * (1.0 + residual.relaxation * residual.compliance * force * rate / (depth * depth)))
+    force = _force_in_series(law, c, depth, rate)
+    return max(0.0, force * (1.0 + c.relaxation * c.compliance * force * rate / (depth * depth)))
 
 
 @jitable
-def _force_in_series(law: Law | None, stop: Stop, compliance: float, depth: float, rate: float) -> float:
-    """Force (N) of a stop behind a spring of this compliance (m/N), which take the depth (m) together.
+def _force_in_series(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
+    """Force (N) of a stop behind the residual flexibility, which take the depth (m) together.
 
-    The stop's part of the rate is its part of the depth at rest: the spring follows without inertia.  The compiler
-    drops one of the two branches.
+    The stop's part of the rate is its part of the depth at rest: the flexibility follows without inertia.  The
+    compiler drops one of the two branches.
     """
     if law is None:
-        stiffness = stop.share * stop.stiffness
-        stiffness *= 1.0 + stop.damping * rate / (1.0 + stiffness * compliance)
-        return depth / (1.0 / stiffness + compliance) if stiffness > 0.0 else 0.0
+        stiffness = _borne(c)
+        stiffness *= 1.0 + c.damping * rate / (1.0 + stiffness * c.compliance)
+        return depth / (1.0 / stiffness + c.compliance) if stiffness > 0.0 else 0.0
     if rate != 0.0:
-        rate *= 1.0 - compliance * _bracketed_force(stop, compliance, depth, 0.0) / depth
-    return _bracketed_force(stop, compliance, depth, rate)
+        rate *= 1.0 - c.compliance * _bracketed_force(law, c, depth, 0.0) / depth
+    return _bracketed_force(law, c, depth, rate)
 
 
 @jitable
-def _bracketed_force(stop: Stop, compliance: float, depth: float, rate: float) -> float:
+def _bracketed_force(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
     """Force (N) of a stop of any law at the compression (m) that a spring in series leaves it, at a given rate.
 
     The regula falsi (Illinois); where a step has not halved the bracket the next one does, so that it ends, at the
     latest with two neighbouring numbers.  Some ten steps are usual.  A law that pushes more than the spring bears
     where it is not yet compressed leaves the spring the whole depth.
     """
-    above = own_force(stop, depth, rate)
+    compliance, above = c.compliance, own_force(law, c, depth, rate)
     low, high, halve = 0.0, min(above, depth / compliance), False
-    below = high - own_force(stop, max(0.0, depth - compliance * high), rate)
+    below = high - own_force(law, c, max(0.0, depth - compliance * high), rate)
     if not below > 0.0:
         return high
     while True:
@@ -158,7 +177,7 @@ def _bracketed_force(stop: Stop, compliance: float, depth: float, rate: float) -
         force = middle if halve else (low * below + high * above) / (above + below)
         if not low < force < high:
             force = middle
-        width, error = high - low, own_force(stop, max(0.0, depth - compliance * force), rate) - force
+        width, error = high - low, own_force(law, c, max(0.0, depth - compliance * force), rate) - force
         if abs(error) <= 1e-15 * force:  # of a law that grows with the depth the force is as close
             return force
         if error > 0.0:
@@ -169,151 +188,134 @@ def _bracketed_force(stop: Stop, compliance: float, depth: float, rate: float) -
 
 
 @jitable
-def stop_tangent(stop: Stop, residual: Residual, gap: float, gap_rate: float) -> tuple[float, float]:
+def stop_tangent(law: Law | None, c: Candidate) -> tuple[float, float]:
     """Slopes of the stop's force over depth (N/m) and rate of depth (N s/m); 0 if it does not push.
 
     Differences are enough: only the pace of Newton's iterations depends on them.
     """
-    force = stop_force(stop, residual, gap, gap_rate)
+    gap, gap_rate = c.gap, c.gap_rate
+    force = stop_force(law, c, gap, gap_rate)
     if not force > 0.0:
         return 0.0, 0.0
     deeper, faster, over_depth, over_rate = 1e-6 * max(0.0, -gap), 1e-6 * abs(gap_rate), 0.0, 0.0
     if deeper > 0.0:
-        over_depth = (stop_force(stop, residual, gap - deeper, gap_rate) - force) / deeper
+        over_depth = (stop_force(law, c, gap - deeper, gap_rate) - force) / deeper
     if faster > 0.0:
-        over_rate = (stop_force(stop, residual, gap, gap_rate - faster) - force) / faster
+        over_rate = (stop_force(law, c, gap, gap_rate - faster) - force) / faster
     return over_depth, over_rate
 
 
+# --- friction and stick of one contact
+
+
 @inlined
-def friction_ratio(phase: Phase, slip_rate: float) -> float:
+def friction_ratio(c: Candidate) -> float:
     """lambda_tau / N of a sliding contact, N = lambda_n - tilt lambda_tau; see `can_slide`."""
-    ratio = phase.friction.intercept + phase.friction.slope * slip_rate
-    return ratio / (1.0 - ratio * phase.residual.tilt)
+    ratio = c.intercept + c.slope * c.slip_rate
+    return ratio / (1.0 - ratio * c.tilt)
 
 
 @inlined
-def can_slide(phase: Phase, slip_rate: float) -> bool:
+def can_slide(c: Candidate) -> bool:
     """Whether the force of a stop can push a contact point without inertia while it slides."""
-    return (
-        phase.friction.intercept + phase.friction.slope * slip_rate
-    ) * phase.residual.tilt < 1.0 - NEARLY_PAINLEVE
+    return (c.intercept + c.slope * c.slip_rate) * c.tilt < 1.0 - NEARLY_PAINLEVE
 
 
 @inlined
-def conjugate(phase: Phase, c: Instant) -> float:
-    """Force (N) conjugate to the gap, N = lambda_n - tilt lambda_tau."""
-    return c.normal_force - phase.residual.tilt * c.tangential_force
+def lambda_n(c: Candidate) -> float:
+    """Return the normal force (N) of a contact, lambda_n = N + tilt lambda_tau."""
+    return c.normal_force + c.tilt * c.tangential_force
 
 
 @inlined
-def inclined(phase: Phase, c: Instant) -> Instant:
-    """Return a contact problem of coordinates as that of the contact point, whose slip is Z_tau + tilt Z_n."""
-    t = phase.residual.tilt
-    return Instant(
-        c.gap,
-        c.slip + t * c.gap,
-        c.gap_rate,
-        c.slip_rate + t * c.gap_rate,
-        c.a_nn,
-        c.a_nt + t * c.a_nn,
-        c.a_tt + t * (2.0 * c.a_nt + t * c.a_nn),
-        c.gap_acceleration,
-        c.slip_acceleration + t * c.gap_acceleration,
-        c.normal_force,
-        c.tangential_force,
-        c.damping_power,
-        c.supplied_power,
-    )
-
-
-@inlined
-def drift_of(stick: Stick, c: Instant) -> float:
+def drift_of(c: Candidate) -> float:
     """Slip (m) of a sticking contact from where it is held."""
-    return (c.slip - stick.slip) * stick.held
+    return (c.slip - c.kept_slip) * c.held
 
 
 @inlined
-def axial_force(stick: Stick, slip: float) -> float:
-    """Tangential force (N) of a contact that sticks on the axial flexibility, at its slip (m)."""
-    return (stick.slip - slip) / stick.compliance
+def travelled(c: Candidate) -> float:
+    """How far (m) the material has been carried along: the slip, but of a point that rolls."""
+    return c.slip if c.held != 0.0 else c.travel
 
 
 @inlined
-def friction_rate(phase: Phase, c: Instant) -> float:
+def axial_force(c: Candidate, travel: float) -> float:
+    """Tangential force (N) of a contact that sticks on the axial flexibility alone, at its travel (m)."""
+    return (c.kept_slip - travel) / c.axial
+
+
+@inlined
+def friction_rate(c: Candidate) -> float:
     """Rate of the friction (N/s) of a contact that slides on an elastic stop without damping."""
-    in_series = 1.0 / phase.stop.stiffness + phase.residual.compliance
-    return -phase.friction.intercept * c.gap_rate / in_series
+    in_series = 1.0 / c.stiffness + c.compliance
+    return -c.intercept * c.gap_rate / in_series
 
 
 @inlined
-def slip_velocity(phase: Phase, c: Instant) -> float:
+def slip_velocity(c: Candidate) -> float:
     """Velocity (m/s) that friction sees while a contact slides, as its force stretches the axis."""
-    if phase.stick.compliance == 0.0 or not phase.stop.compliant:  # of a rigid stop see `add_stretch`
+    if c.axial == 0.0 or not c.compliant:  # of a rigid stop see `add_stretch`
         return c.slip_rate
-    return c.slip_rate + phase.stick.compliance * friction_rate(phase, c)
+    return c.slip_rate + c.axial * friction_rate(c)
 
 
 @inlined
-def sliding_inertia(phase: Phase, c: Instant) -> float:
+def sliding_inertia(c: Candidate) -> float:
     """Effective inverse normal mass (1/kg) of a contact that slides on a rigid stop, which may be negative."""
-    return c.a_nn + friction_ratio(phase, c.slip_rate) * c.a_nt
+    return c.a_nn + friction_ratio(c) * c.a_nt
+
+
+@inlined
+def stabilized(c: Candidate) -> float:
+    """Acceleration of the gap (m/s^2) that the force of a rigid stop takes up."""
+    return c.gap_acceleration + c.correct_rate * c.gap_rate + c.correct_place * c.gap
 
 
 @jitable
-def sliding_force(phase: Phase, c: Instant) -> Forces:
+def sliding_force(law: Law | None, c: Candidate) -> Forces:
     """Contact force of a sliding contact, 0 of one that opens; NO_SLIDING_SOLUTION if Painleve.
 
     Where the effective inverse mass is not positive a gap that grows without force solves the problem, perhaps
     among others.
     """
-    ratio = friction_ratio(phase, c.slip_rate)
-    if phase.stop.compliant:
-        if not can_slide(phase, c.slip_rate):
+    ratio = friction_ratio(c)
+    if c.compliant:
+        if not can_slide(c):
             return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
-        push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
-        return Forces(OK, push * (1.0 + phase.residual.tilt * ratio), ratio * push)
-    effective = sliding_inertia(phase, c)
+        push = stop_force(law, c, c.gap, c.gap_rate)
+        return Forces(OK, push, ratio * push)
+    effective = sliding_inertia(c)
     if not effective > 0.0:
-        return Forces(OK if _stabilized(phase, c) >= 0.0 else NO_SLIDING_SOLUTION, 0.0, 0.0)
-    normal = -_stabilized(phase, c) / effective
+        return Forces(OK if stabilized(c) >= 0.0 else NO_SLIDING_SOLUTION, 0.0, 0.0)
+    normal = -stabilized(c) / effective
     return Forces(OK, normal, ratio * normal)
 
 
-@inlined
-def _stabilized(phase: Phase, c: Instant) -> float:
-    """Acceleration of the gap (m/s^2) that the force of a rigid stop takes up."""
-    return c.gap_acceleration + phase.stabilization.damping * c.gap_rate + phase.stabilization.stiffness * c.gap
-
-
 @jitable
-def sticking_force(phase: Phase, c: Instant) -> Forces:
+def sticking_force(law: Law | None, c: Candidate) -> Forces:
     """Both forces of a contact that sticks; NO_STICKING_SOLUTION if the constraints are redundant."""
-    if phase.stick.compliance != 0.0:
-        hold = axial_force(phase.stick, c.slip)
-        if not phase.stop.compliant:
-            return Forces(OK, -(_stabilized(phase, c) + c.a_nt * hold) / c.a_nn, hold)
-        return Forces(OK, stop_force(phase.stop, phase.residual, c.gap, c.gap_rate), hold)
-    drift = drift_of(phase.stick, c)
-    return holding_force(
-        phase, c, phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
-    )
+    if c.axial != 0.0:
+        hold = axial_force(c, travelled(c))
+        if not c.compliant:
+            return Forces(OK, -(stabilized(c) + c.a_nt * hold) / c.a_nn, hold)
+        return Forces(OK, stop_force(law, c, c.gap, c.gap_rate), hold)
+    return holding_force(law, c, c.correct_rate * c.slip_rate + c.correct_place * drift_of(c))
 
 
 @jitable
-def holding_force(phase: Phase, c: Instant, correction: float) -> Forces:
+def holding_force(law: Law | None, c: Candidate, correction: float) -> Forces:
     """Both forces that keep the gap and give the slip the acceleration -correction (m/s^2)."""
     tangential = c.slip_acceleration + correction
-    if phase.stop.compliant:
+    if c.compliant:
         if not c.a_tt > 0.0:
             return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-        push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
-        hold = -(tangential + c.a_nt * push) / c.a_tt
-        return Forces(OK, push + phase.residual.tilt * hold, hold)
+        push = stop_force(law, c, c.gap, c.gap_rate)
+        return Forces(OK, push, -(tangential + c.a_nt * push) / c.a_tt)
     determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
     if not determinant > SINGULAR * c.a_nn * c.a_tt:
         return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-    normal = _stabilized(phase, c)
+    normal = stabilized(c)
     return Forces(
         OK,
         (c.a_nt * tangential - c.a_tt * normal) / determinant,
@@ -322,13 +324,13 @@ def holding_force(phase: Phase, c: Instant, correction: float) -> Forces:
 
 
 @jitable
-def contact_force(phase: Phase, c: Instant) -> Forces:
-    """Contact force of a closed contact in its state."""
-    return sliding_force(phase, c) if phase.state == SLIDING else sticking_force(phase, c)
+def contact_force(law: Law | None, c: Candidate) -> Forces:
+    """Contact force of a closed contact in its state, if it is alone."""
+    return sliding_force(law, c) if c.state == SLIDING else sticking_force(law, c)
 
 
 @jitable
-def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
+def can_stick(law: Law | None, c: Candidate, stopping_time: float) -> bool:
     """Whether contact sticks, for a scheme that does not locate the end of slip.
 
     The force that keeps it sticking lies in the friction cone, and the sliding force stops the slip within
@@ -337,132 +339,440 @@ def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
     """
     correction = 0.0
     if stopping_time < 1e300:
-        if phase.state == SLIDING:
+        if c.state == SLIDING:
             acceleration = c.slip_acceleration + c.a_nt * c.normal_force + c.a_tt * c.tangential_force
             ahead = c.slip_rate + stopping_time * acceleration
-            direction = 1.0 if phase.friction.lower >= 0.0 else -1.0
+            direction = 1.0 if c.lower >= 0.0 else -1.0
             if c.slip_rate * direction > 0.0 and ahead * direction > 0.0:
                 return False
     else:
-        drift = drift_of(phase.stick, c) if phase.state == STICKING else 0.0
-        correction = phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
-    force = holding_force(phase, c, correction)
-    inside = abs(force.tangential) <= phase.stick.static * force.normal
-    return force.status == OK and force.normal > 0.0 and inside
-
-
-@inlined
-def instant_of(e: Evaluation, w: Workspace) -> Instant:
-    """Reduce an evaluated system, whose mass matrix is solved for, to its contact; no force yet."""
-    v = w.vectors
-    return Instant(
-        e.gap,
-        e.slip,
-        e.gap_rate,
-        e.slip_rate,
-        dot(v.normal_row, v.normal_response),
-        dot(v.normal_row, v.tangential_response),
-        dot(v.tangential_row, v.tangential_response),
-        dot(v.normal_row, v.free_acceleration) + e.gap_bias,
-        dot(v.tangential_row, v.free_acceleration) + e.slip_bias,
-        0.0,
-        0.0,
-        e.damping_power,
-        e.supplied_power,
-    )
-
-
-@inlined
-def moved(c: Instant, e: Any, normal: float, tangential: float, supplied: float, tilt: float = 0.0) -> Instant:
-    """Return a contact problem with the kinematics and damping of `e`, an `Evaluation` or `Instant`.
-
-    Forces are in N, the power supplied by drives in W; Delassus entries and accelerations are those of `c`.  The
-    slip is that of a contact point without inertia if there is a `tilt`.
-    """
-    return Instant(
-        e.gap,
-        e.slip + tilt * e.gap,
-        e.gap_rate,
-        e.slip_rate + tilt * e.gap_rate,
-        c.a_nn,
-        c.a_nt,
-        c.a_tt,
-        c.gap_acceleration,
-        c.slip_acceleration,
-        normal,
-        tangential,
-        e.damping_power,
-        supplied,
-    )
-
-
-@inlined
-def flying(e: Evaluation) -> Instant:
-    """Return the instant of an evaluated system in flight; its contact problem is left out."""
-    return moved(NO_CONTACT, e, 0.0, 0.0, e.supplied_power)
-
-
-@inlined
-def with_forces(c: Instant, normal: float, tangential: float, supplied: float) -> Instant:
-    """Return an instant with its contact forces (N) and the power supplied by drives (W)."""
-    return moved(c, c, normal, tangential, supplied)
+        drift = drift_of(c) if c.state == STICKING else 0.0
+        correction = c.correct_rate * c.slip_rate + c.correct_place * drift
+    force = holding_force(law, c, correction)
+    normal = force.normal + c.tilt * force.tangential
+    return force.status == OK and normal > 0.0 and abs(force.tangential) <= c.static * normal
 
 
 @jitable
-def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: Workspace) -> tuple[int, Instant]:
-    """Acceleration of `phase` at (t, q, q') into the workspace; returns a status and the contact with its forces.
-
-    The status is OK or the reason why there is no solution; then forces are 0 and the acceleration is void.
-    """
-    e = system.evaluate(t, q, qd, w)
-    v = w.vectors
-    free_acceleration, acceleration, supply = v.free_acceleration, v.acceleration, v.supply
-    normal_response, tangential_response = v.normal_response, v.tangential_response
-    contact = phase.state != FREE
-    if not system.solve_mass(e.rank_one, w, contact):
-        return MASS_NOT_POSITIVE, flying(e)
-    if not contact:
-        copy(free_acceleration, acceleration)
-        supplied = e.supplied_power + dot(supply, acceleration)
-        return OK, moved(NO_CONTACT, e, 0.0, 0.0, supplied)
-    c = inclined(phase, instant_of(e, w))
-    force = contact_force(phase, c)
-    if force.status != OK:
-        return force.status, c
-    for i in range(q.shape[0]):
-        push = normal_response[i] * force.normal + tangential_response[i] * force.tangential
-        acceleration[i] = free_acceleration[i] + push
-    supplied = e.supplied_power + dot(supply, acceleration)
-    return OK, with_forces(c, force.normal, force.tangential, supplied)
-
-
-@jitable
-def guards_of(phase: Phase, c: Instant, yielding: float = 0.0) -> Guards:
-    """Guards of the state at an instant with its forces; 1 where a state has none.
-
-    The axial flexibility yields with a velocity (m/s) to the forces of other contacts.
-    """
-    if phase.state == FREE:
-        return Guards(phase.surface.side * c.gap if phase.surface.enabled else 1.0, 1.0, 1.0, 1.0, 1.0)
+def guards_of(c: Candidate) -> Guards:
+    """Guards of the state at an instant with its forces; 1 where a state has none."""
+    if c.state == FREE:
+        return Guards(c.side * c.gap if c.enabled else 1.0, 1.0, 1.0, 1.0, 1.0)
     end = 1.0
-    if phase.surface.last < 1e300:  # about the distance from the nearer end, but smooth
-        end = (
-            (c.slip - phase.surface.first)
-            * (phase.surface.last - c.slip)
-            / (phase.surface.last - phase.surface.first)
-        )
-    normal = -c.gap if phase.stop.compliant else c.normal_force
-    if phase.state == SLIDING:
-        rate = slip_velocity(phase, c) + yielding
-        definite = 1.0  # of a compliant stop it is decided as the slip begins
-        if not phase.stop.compliant:
-            definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - NEARLY_PAINLEVE
+    if c.last < 1e300:  # about the distance from the nearer end, but smooth
+        end = (c.slip - c.first) * (c.last - c.slip) / (c.last - c.first)
+    push = lambda_n(c)
+    normal = -c.gap if c.compliant else push
+    if c.state == SLIDING:
+        rate = slip_velocity(c) + c.stretching
         return Guards(
             normal,
-            rate - phase.friction.lower if phase.friction.lower > -1e300 else 1.0,
-            phase.friction.upper - rate if phase.friction.upper < 1e300 else 1.0,
-            definite,
+            rate - c.lower if c.lower > -1e300 else 1.0,
+            c.upper - rate if c.upper < 1e300 else 1.0,
+            # of a compliant stop it is decided as the slip begins
+            1.0 if c.compliant else c.definite - NEARLY_PAINLEVE,
             end,
         )
-    limit = phase.stick.static * c.normal_force  # of the friction cone
+    limit = c.static * push  # of the friction cone
     return Guards(normal, limit - c.tangential_force, limit + c.tangential_force, 1.0, end)
+
+
+# --- all contacts
+
+
+@inlined
+def touch_contacts(system: System, contacts: Contacts, t: float, q: Array, qd: Array, w: Workspace) -> int:
+    """Kinematics and rows of all candidates, and no force of those in flight; returns how many are closed."""
+    each, rows, closed = contacts.each, contacts.rows, 0
+    system.take_state(t, q, qd, w)
+    for i in range(len(each)):
+        c, normal, tangential = each[i], rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
+        system.touch(i, t, q, qd, w, c, normal, tangential)
+        if c.state == FREE:
+            c.normal_force = 0.0
+            c.tangential_force = 0.0
+            continue
+        closed += 1
+        if c.tilt != 0.0:
+            incline(c, normal, tangential)
+    return closed
+
+
+class Touched(NamedTuple):
+    """A candidate of contact with its rows."""
+
+    contact: Candidate
+    normal: Array  # (d,) D_n
+    tangential: Array  # (d,) D_tau
+
+
+def touched(system: Any, i: int, t: float, q: Array, qd: Array, w: Workspace) -> Touched:
+    """Return candidate i at (t, q, q') with its rows, in plain Python."""
+    found = Touched(Candidate(), np.zeros(q.size), np.zeros(q.size))
+    system.take_state(t, q, qd, w)
+    system.touch(i, t, q, qd, w, *found)
+    return found
+
+
+@jitable
+def incline(c: Candidate, normal: Array, tangential: Array) -> None:
+    """Take the slip of a contact point without inertia, Z_tau + tilt Z_n."""
+    t = c.tilt
+    c.slip += t * c.gap
+    c.slip_rate += t * c.gap_rate
+    c.slip_bias += t * c.gap_bias
+    for j in range(normal.shape[0]):
+        tangential[j] += t * normal[j]
+
+
+@inlined
+def take_delassus(contacts: Contacts, free: Array) -> None:
+    """Delassus entries and accelerations of the closed contacts, whose rows are solved for; no force yet."""
+    each, rows = contacts.each, contacts.rows
+    for i in range(len(each)):
+        c = each[i]
+        if c.state != FREE:
+            normal, tangential = rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
+            c.a_nn = dot(normal, rows[RESPONSE, i, 0])
+            c.a_nt = dot(normal, rows[RESPONSE, i, 1])
+            c.a_tt = dot(tangential, rows[RESPONSE, i, 1])
+            c.gap_acceleration = dot(normal, free) + c.gap_bias
+            c.slip_acceleration = dot(tangential, free) + c.slip_bias
+            c.normal_force = 0.0
+            c.tangential_force = 0.0
+
+
+@inlined
+def accelerate(
+    system: System, contacts: Contacts, t: float, q: Array, qd: Array, w: Workspace
+) -> tuple[int, float, float]:
+    """Acceleration at (t, q, q') into the workspace, contact forces into their records.
+
+    Returns the status, OK or the reason why there is no solution, and the powers (W) that damping takes out and
+    drives put in.
+    """
+    e, v = system.evaluate(t, q, qd, w), w.vectors
+    closed = touch_contacts(system, contacts, t, q, qd, w)
+    if not system.solve_mass(e.rank_one, w, contacts, closed > 0):
+        return MASS_NOT_POSITIVE, e.damping_power, e.supplied_power
+    free, acceleration, status = v[FREE_ACCELERATION], v[ACCELERATION], OK
+    if closed > 0:
+        take_delassus(contacts, free)
+        _push_at_ends(contacts, free)
+    copy(free, acceleration)
+    if closed > 0:
+        status = solve_forces(contacts, closed, acceleration)
+    return status, e.damping_power, e.supplied_power + dot(v[SUPPLY], acceleration)
+
+
+@inlined
+def is_free(contacts: Contacts) -> bool:
+    """Whether no contact is closed."""
+    free = True
+    for i in range(len(contacts.each)):
+        free = free and contacts.each[i].state == FREE
+    return free
+
+
+@inlined
+def nearest(contacts: Contacts) -> tuple[float, float]:
+    """Smallest distance (m) of a candidate in flight and largest gap rate (m/s) of any."""
+    least, fastest = 1e300, 0.0
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        if c.state == FREE and c.enabled:
+            least = min(least, c.side * c.gap)
+        fastest = max(fastest, abs(c.gap_rate))
+    return least, fastest
+
+
+@jitable
+def _push_at_ends(contacts: Contacts, free: Array) -> None:
+    """Add the known forces at the ends of beddings, which are no friction, to the free accelerations."""
+    each, rows = contacts.each, contacts.rows
+    for i in range(len(each)):
+        push, response = end_push(each[i]), rows[RESPONSE, i, 1]
+        if push == 0.0:
+            continue
+        for j in range(free.shape[0]):
+            free[j] += push * response[j]
+        for k in range(len(each)):
+            if each[k].state != FREE:
+                each[k].gap_acceleration += push * dot(rows[DIRECTION, k, 0], response)
+                each[k].slip_acceleration += push * dot(rows[DIRECTION, k, 1], response)
+
+
+@inlined
+def solve_forces(contacts: Contacts, closed: int, acceleration: Array) -> int:
+    """Solve for the forces of the closed contacts and add them to the acceleration; returns the status.
+
+    What one contact alone has is known in closed form.
+    """
+    if closed > 1:
+        return _solve_coupled(contacts.matrix, contacts, acceleration)
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        if c.state == FREE:
+            continue
+        if c.state == SLIDING and not c.compliant:
+            c.definite = sliding_inertia(c) / c.a_nn
+        force = contact_force(contacts.law, c)
+        if force.status != OK:
+            return force.status
+        c.normal_force = force.normal
+        c.tangential_force = force.tangential
+        _push(contacts, i, force.normal, force.tangential, acceleration)
+    return OK
+
+
+@inlined
+def _push(contacts: Contacts, i: int, normal: float, tangential: float, acceleration: Array) -> None:
+    """Add what forces (N) of a contact do to the acceleration."""
+    to_normal, to_tangential = contacts.rows[RESPONSE, i, 0], contacts.rows[RESPONSE, i, 1]
+    for j in range(acceleration.shape[0]):
+        acceleration[j] += to_normal[j] * normal + to_tangential[j] * tangential
+
+
+@jitable
+def _solve_coupled(matrix: Array | None, contacts: Contacts, acceleration: Array) -> int:
+    """Solve for the forces of several closed contacts, see `solve_forces`; the compiler drops this of one.
+
+    Those of compliant stops are known, with their friction; the others by Gauss's elimination in the order of the
+    contacts: its pivots are the effective inverse masses, which are positive where the problem has one solution.
+    """
+    if matrix is None:
+        return OK
+    each, m = contacts.each, 0
+    for i in range(len(each)):
+        c = each[i]
+        c.normal_unknown = -1
+        c.tangential_unknown = -1
+        if c.state == FREE:
+            continue
+        if not c.compliant:
+            c.normal_unknown = m
+            m += 1
+        else:
+            c.normal_force = stop_force(contacts.law, c, c.gap, c.gap_rate)
+            c.tangential_force = friction_ratio(c) * c.normal_force if c.state == SLIDING else 0.0
+            _push(contacts, i, c.normal_force, c.tangential_force, acceleration)
+        if c.state == STICKING:
+            c.tangential_unknown = m
+            m += 1
+    for i in range(len(each)):
+        c = each[i]
+        if c.normal_unknown >= 0:
+            _constrain(
+                matrix, contacts, i, 0, c.normal_unknown, m, stabilized(c) - c.gap_acceleration, acceleration
+            )
+        if c.tangential_unknown >= 0:
+            if c.axial != 0.0:
+                _hold_axially(matrix, contacts, i, c.tangential_unknown, m)
+            else:
+                correction = c.correct_rate * c.slip_rate + c.correct_place * drift_of(c)
+                _constrain(matrix, contacts, i, 1, c.tangential_unknown, m, correction, acceleration)
+    for i in range(len(each)):
+        status = _reduce(each[i], matrix, m)
+        if status != OK:
+            return status
+    for k in range(m - 1, -1, -1):
+        force = matrix[k, m]
+        for column in range(k + 1, m):
+            force -= matrix[k, column] * matrix[column, m]
+        matrix[k, m] = force / matrix[k, k]
+    for i in range(len(each)):
+        c = each[i]
+        normal, tangential = 0.0, 0.0
+        if c.normal_unknown >= 0:
+            normal = matrix[c.normal_unknown, m]
+            tangential = friction_ratio(c) * normal if c.state == SLIDING else 0.0
+        if c.tangential_unknown >= 0:
+            tangential = matrix[c.tangential_unknown, m]
+        if c.state != FREE:
+            c.normal_force += normal
+            c.tangential_force += tangential
+            _push(contacts, i, normal, tangential, acceleration)
+    return OK
+
+
+@jitable
+def _reduce(c: Candidate, matrix: Array, m: int) -> int:
+    """Eliminate the unknown forces of a contact from the equations after its own; returns the status."""
+    for side in range(2):
+        k = c.normal_unknown if side == 0 else c.tangential_unknown
+        if k < 0:
+            continue
+        own = c.a_nn
+        if side == 1:
+            own = c.axial if c.axial != 0.0 else c.a_tt
+        pivot = matrix[k, k]
+        if side == 0:
+            c.definite = pivot / own
+        if not pivot > SINGULAR * own:
+            return NO_SLIDING_SOLUTION if c.state == SLIDING and c.intercept != 0.0 else NO_STICKING_SOLUTION
+        for r in range(k + 1, m):
+            factor = matrix[r, k] / pivot
+            for column in range(k + 1, m + 1):
+                matrix[r, column] -= factor * matrix[k, column]
+    return OK
+
+
+@jitable
+def _constrain(
+    matrix: Array, contacts: Contacts, i: int, side: int, k: int, m: int, correction: float, acceleration: Array
+) -> None:
+    """Put the equation of unknown k, of the normal (0) or tangential (1) row of contact i, into the matrix."""
+    each, row = contacts.each, contacts.rows[DIRECTION, i, side]
+    for j in range(len(each)):
+        other, to_normal, to_tangential = each[j], contacts.rows[RESPONSE, j, 0], contacts.rows[RESPONSE, j, 1]
+        if other.normal_unknown >= 0:
+            entry = dot(row, to_normal)
+            if other.state == SLIDING:
+                entry += friction_ratio(other) * dot(row, to_tangential)
+            matrix[k, other.normal_unknown] = entry
+        if other.tangential_unknown >= 0:
+            matrix[k, other.tangential_unknown] = dot(row, to_tangential)
+    bias = each[i].gap_bias if side == 0 else each[i].slip_bias
+    matrix[k, m] = -(dot(row, acceleration) + bias + correction)
+
+
+# --- axial flexibility behind the friction
+
+
+@inlined
+def shared_flexibility(c: Candidate, other: Candidate) -> float:
+    """Displacement (m/N) along the tangent of one contact by a force along that of another."""
+    return c.sense * other.sense * min(c.axial, other.axial)
+
+
+@jitable
+def _hold_axially(matrix: Array, contacts: Contacts, i: int, k: int, m: int) -> None:
+    """Put the equation of unknown k into the matrix, the force of a contact that sticks on the axial flexibility.
+
+    All tangential forces together stretch the axis by what its material has been carried along.
+    """
+    each, c = contacts.each, contacts.each[i]
+    matrix[k, m] = c.kept_slip - travelled(c)
+    for j in range(len(each)):
+        other, shared = each[j], shared_flexibility(c, each[j])
+        matrix[k, m] -= shared * other.tangential_force  # of those that slide on elastic stops, which is known
+        if other.normal_unknown >= 0:
+            matrix[k, other.normal_unknown] = friction_ratio(other) * shared if other.state == SLIDING else 0.0
+        if other.tangential_unknown >= 0:
+            matrix[k, other.tangential_unknown] = shared
+
+
+@jitable
+def _stretching_by_sliding(contacts: Contacts, i: int) -> float:
+    """Rate (m/s) at which the axial flexibility yields at contact i to the friction of others that slide."""
+    each, rate = contacts.each, 0.0
+    for j in range(len(each)):
+        if j != i and each[j].state == SLIDING:
+            rate += shared_flexibility(each[i], each[j]) * friction_rate(each[j])
+    return rate
+
+
+@jitable
+def take_stretching(matrix: Array | None, contacts: Contacts) -> None:
+    """Take the rates at which the axial flexibility yields at each contact to the forces of the others.
+
+    Of rigid stops see `add_stretch`.  The compiler drops this of one contact.
+    """
+    if matrix is None:
+        return
+    each, closed, m = contacts.each, 0, 0
+    for i in range(len(each)):
+        c = each[i]
+        c.stretching = 0.0
+        if c.state != FREE and c.axial != 0.0 and c.compliant:
+            closed += 1
+    if closed < 2:
+        return
+    for i in range(len(each)):
+        each[i].tangential_unknown = -1
+        if each[i].state == STICKING:
+            each[i].tangential_unknown = m
+            m += 1
+    for i in range(len(each)):
+        c = each[i]
+        if c.tangential_unknown >= 0:
+            for j in range(len(each)):
+                if each[j].tangential_unknown >= 0:
+                    matrix[c.tangential_unknown, each[j].tangential_unknown] = shared_flexibility(c, each[j])
+            matrix[c.tangential_unknown, m] = -(c.slip_rate + _stretching_by_sliding(contacts, i))
+    if not eliminate(matrix, m):
+        return
+    for i in range(len(each)):
+        c = each[i]
+        if c.state == SLIDING:
+            c.stretching = _stretching_by_sliding(contacts, i)
+            for j in range(len(each)):
+                if each[j].tangential_unknown >= 0:
+                    c.stretching += shared_flexibility(c, each[j]) * matrix[each[j].tangential_unknown, m]
+
+
+@jitable
+def add_stretch(contacts: Contacts, times: float, guards: Array) -> None:
+    """Add what the tangential forces stretch the axis, `times` (1/s), to the slip velocities in the guards.
+
+    The difference of two instants over the time between them is the rate at which the axis yields to forces that
+    follow from accelerations, those of rigid stops.
+    """
+    each = contacts.each
+    for i in range(len(each)):
+        c, stretch = each[i], 0.0
+        if c.state != SLIDING:
+            continue
+        for j in range(len(each)):
+            stretch += shared_flexibility(c, each[j]) * each[j].tangential_force
+        if c.lower > -1e300:
+            guards[GUARDS * i + LOWER] += times * stretch
+        if c.upper < 1e300:
+            guards[GUARDS * i + UPPER] -= times * stretch
+
+
+@jitable
+def slides_stretching(contacts: Contacts) -> bool:
+    """Whether a contact slides on a rigid stop with axial flexibility."""
+    found = False
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        found = found or (c.state == SLIDING and c.axial != 0.0 and not c.compliant)
+    return found
+
+
+# --- guards, and the forces of others
+
+
+@jitable
+def guards_into(contacts: Contacts, values: Array) -> None:
+    """Put the guards of all contacts, five of each, into `values` and behind them their normal forces (N)."""
+    n = len(contacts.each)
+    take_stretching(contacts.matrix, contacts)
+    for i in range(n):
+        c = contacts.each[i]
+        guards = guards_of(c)
+        for k in range(GUARDS):
+            values[GUARDS * i + k] = guards[k]
+        values[GUARDS * n + i] = lambda_n(c)
+
+
+def guard_values(contacts: Contacts) -> Array:
+    """Return the guards of all contacts, five of each."""
+    n = len(contacts.each)
+    values = np.empty(n * (GUARDS + 1))
+    guards_into(contacts.in_python(), values)
+    return values[: n * GUARDS]
+
+
+@jitable
+def couple(contacts: Contacts, i: int) -> None:
+    """Add the present forces of the other contacts to the accelerations of a closed contact."""
+    each, rows, c = contacts.each, contacts.rows, contacts.each[i]
+    for j in range(len(each)):
+        if j == i or each[j].state == FREE:
+            continue
+        for k in range(2):
+            force = each[j].normal_force if k == 0 else each[j].tangential_force
+            c.gap_acceleration += dot(rows[DIRECTION, i, 0], rows[RESPONSE, j, k]) * force
+            c.slip_acceleration += dot(rows[DIRECTION, i, 1], rows[RESPONSE, j, k]) * force

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import SINGULAR
-from oblique_impact.contact.state import Instant
+from oblique_impact.contact.state import Candidate
 from oblique_impact.errors import Outcome, RunEnded
 
 
@@ -22,7 +22,7 @@ class Impulse(NamedTuple):
     energy_loss: float
 
 
-def impulse_of(instant: Instant, normal: float, tangential: float) -> Impulse:
+def impulse_of(instant: Candidate, normal: float, tangential: float) -> Impulse:
     """Complete an impulse by its energy loss, -(P v + 1/2 P A P) with the Delassus matrix A."""
     work_on_system = (
         normal * instant.gap_rate
@@ -33,12 +33,12 @@ def impulse_of(instant: Instant, normal: float, tangential: float) -> Impulse:
     return Impulse(normal, tangential, -work_on_system)
 
 
-def newton_impulse(instant: Instant, restitution: float) -> Impulse:
+def newton_impulse(instant: Candidate, restitution: float) -> Impulse:
     """Frictionless impulse with Newton's restitution: I = -(1 + e) Z_n' / A_nn (paper Eq. 36)."""
     return impulse_of(instant, -(1.0 + restitution) * instant.gap_rate / instant.a_nn, 0.0)
 
 
-def routh_impulse(instant: Instant, restitution: float, friction: float) -> Impulse:
+def routh_impulse(instant: Candidate, restitution: float, friction: float) -> Impulse:
     """Impulse of a frictional impact by Routh's method with Poisson's restitution.
 
     The normal impulse P grows; the contact slides with dP_tau = -mu s dP until Z_tau' vanishes, then
@@ -62,7 +62,7 @@ class ImpactLaw(ABC):
         """Raise InputError if this is no law; called before a run of a user-defined law."""
 
     @abstractmethod
-    def impulse(self, instant: Instant, restitution: float) -> Impulse:
+    def impulse(self, instant: Candidate, restitution: float) -> Impulse:
         """Impulse for the approach velocities at `instant` with the given restitution."""
 
 
@@ -72,7 +72,7 @@ class NewtonImpact(ImpactLaw):
 
     restitution: float = 0.0
 
-    def impulse(self, instant: Instant, restitution: float) -> Impulse:  # noqa: D102
+    def impulse(self, instant: Candidate, restitution: float) -> Impulse:  # noqa: D102
         return newton_impulse(instant, restitution)
 
 
@@ -83,7 +83,7 @@ class RouthImpact(ImpactLaw):
     friction: float
     restitution: float = 0.0
 
-    def impulse(self, instant: Instant, restitution: float) -> Impulse:  # noqa: D102
+    def impulse(self, instant: Candidate, restitution: float) -> Impulse:  # noqa: D102
         try:
             return routh_impulse(instant, restitution, self.friction)
         except ValueError:
@@ -93,7 +93,7 @@ class RouthImpact(ImpactLaw):
 class _FrictionalImpact:
     """State of a frictional impact as a function of the normal impulse."""
 
-    def __init__(self, instant: Instant, friction: float) -> None:
+    def __init__(self, instant: Candidate, friction: float) -> None:
         self._instant, self._friction = instant, friction
         self.normal = self.tangential = 0.0
         self._gap_rate, self._slip_rate = instant.gap_rate, instant.slip_rate

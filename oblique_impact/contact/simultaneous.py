@@ -8,35 +8,26 @@ impacts are plastic and without friction, then accelerations decide which contac
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from oblique_impact.contact.complementarity import Candidate, contact_forces, plastic_impulses
-from oblique_impact.contact.forces import friction_ratio
+from oblique_impact.contact.complementarity import Closed, contact_forces, plastic_impulses
+from oblique_impact.contact.forces import friction_ratio, shared_flexibility
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import phase_of, row_of, shared_flexibility
 from oblique_impact.contact.state import (
     DEFINITE,
     END,
     GUARDS,
-    INTERCEPT,
     LOWER,
     NORMAL,
-    STATE,
     SWITCHED,
-    TANGENTIAL_FORCE,
     UPPER,
     VELOCITY,
-    ContactArrays,
-    Instant,
-    Phase,
+    Candidate,
     State,
     Tolerances,
 )
 from oblique_impact.contact.transitions import (
-    AtEnd,
     ContactMachine,
     ContactProbe,
     Earlier,
@@ -57,62 +48,6 @@ _STILL = 1e-9
 _REDUNDANT = 1e-11
 
 
-class Group(NamedTuple):
-    """The contact problem of some contacts together, without contact forces."""
-
-    instants: list[Instant]
-    delassus: Array  # (n, 2, n, 2) accelerations of gap and slip by unit forces, normal or tangential
-
-    def rates(self) -> Array:
-        """Gap rates (m/s), (n,)."""
-        return np.array([c.gap_rate for c in self.instants])
-
-    def normal(self) -> Array:
-        """Delassus matrix (n, n) of the normals."""
-        return self.delassus[:, 0, :, 0]
-
-
-class GroupProbe(Protocol):
-    """The contact problems at the present state of a run, before and after impulses."""
-
-    def of(self, contact: int) -> ContactProbe:
-        """Return the probe of one contact, as if there were no others."""
-
-    def coupled(self, contact: int) -> ContactProbe:
-        """Return the probe of one closed contact with the present forces of the others."""
-
-    def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> Group:
-        """Return the problem of contacts with the velocities that impulses leave."""
-
-
-@dataclass
-class Change:
-    """Changes by a transition: the states of contacts, events in their order, impulses by contact."""
-
-    phases: dict[int, Phase] = field(default_factory=dict)
-    events: list[tuple[int, EventKind]] = field(default_factory=list)
-    impulses: dict[int, Impulse] = field(default_factory=dict)
-    stick_projections: dict[int, Impulse] = field(default_factory=dict)
-    passages: list[tuple[int, AtEnd]] = field(default_factory=list)
-    failure: Outcome | None = None
-    #: tangential forces (N) of contacts that go on from an earlier run
-    pulls: dict[int, float] = field(default_factory=dict)
-
-    @classmethod
-    def of_one(cls, contact: int, transition: Transition) -> Change:
-        """Return the transition of a contact that is alone."""
-        change = cls({contact: transition.phase}, failure=transition.failure)
-        if transition.kind is not None:
-            change.events.append((contact, transition.kind))
-        if transition.impulse is not None:
-            change.impulses[contact] = transition.impulse
-        if transition.stick_projection is not None:
-            change.stick_projections[contact] = transition.stick_projection
-        if transition.at_end is not None:
-            change.passages.append((contact, transition.at_end))
-        return change
-
-
 class ContactMachines:
     """The transition table for several contacts, each with a table of its own for when it is alone.
 
@@ -120,18 +55,14 @@ class ContactMachines:
     ----------
     machines : sequence of ContactMachine
         Of each contact; laws and tolerances are the same, ends and stiffness may differ.
-    size : int
-        Degrees of freedom of the system.
     """
 
-    def __init__(self, machines: Sequence[ContactMachine], size: int) -> None:
+    def __init__(self, machines: Sequence[ContactMachine]) -> None:
         self.machines, first = machines, machines[0]
         self.tolerances: Tolerances = first.tolerances
-        self.friction = first.friction
+        self.friction, self.stick_criterion = first.friction, first.stick_criterion
         self.speed = first.tolerances.velocity / VELOCITY  # m/s, of the motion itself
-        self._closed = first.closed_phase
         self._ambiguous = 0
-        self._start = ContactArrays.new(np.array([row_of(machine.free()) for machine in machines]), size)
 
     @property
     def ambiguous(self) -> int:
@@ -143,128 +74,109 @@ class ContactMachines:
         """Whether the stops are compliant."""
         return self.machines[0].contact_law is not None
 
-    def free(self) -> Phase:
-        """Return the phase of free flight."""
-        return self.changed(self._closed._replace(arrays=self._start), {})
-
-    def changed(self, phase: Phase, phases: Mapping[int, Phase]) -> Phase:
-        """Return a phase with new states of some of its contacts."""
-        assert phase.arrays is not None
-        rows = phase.arrays.rows.copy()
-        for contact, state in phases.items():
-            rows[contact] = row_of(state)
-        closed = rows[:, STATE] != State.FREE
-        leading = int(State.SLIP if closed.any() else State.FREE)
-        return phase._replace(state=leading, arrays=phase.arrays._replace(rows=rows))
-
-    def start(self, phase: Phase, probe: GroupProbe, earlier: Mapping[int, Earlier] = {}) -> Change:
+    def start(self, probe: ContactProbe, earlier: Mapping[int, Earlier] = {}) -> Transition:
         """Return the states at the start of a run: contacts may touch, press already or go on from `earlier`."""
+        if len(self.machines) == 1:
+            found = self.machines[0].start(probe, earlier.get(0))
+            found.pulls = {i: of.tangential_force for i, of in earlier.items()}
+            return found
         touching, below = [], {}
         for i, machine in enumerate(self.machines):
             if i in earlier:
                 continue
-            instant = probe.of(i).instant
-            beyond = machine.is_beyond(instant.slip)
-            if instant.gap < -self.tolerances.gap and beyond:
-                below[i] = machine.below()
+            c = probe.of(i)
+            beyond = machine.is_beyond(c.slip)
+            if c.gap < -self.tolerances.gap and beyond:
+                below[i] = machine.free(-1.0)
             elif (
-                not machine.is_apart(instant)
+                not machine.is_apart(c)
                 and not beyond
                 and not (machine.stick_criterion and machine.stick_criterion.located)  # falls in the first step
             ):
                 touching.append(i)
         if len(touching) == 1:
-            found = Change.of_one(touching[0], self.machines[touching[0]].touch(probe.of(touching[0])))
+            found = self.machines[touching[0]].touch(probe)
         elif self.compliant and self.machines[0].axial:
-            pressed = {i: self.machines[i].pressed(probe.of(i)) for i in touching}
-            found = Change(pressed, [(i, EventKind.IMPACT) for i in touching])
+            pressed = {i: self.machines[i].pressed(probe) for i in touching}
+            found = Transition(pressed, [(i, EventKind.IMPACT) for i in touching])
         elif self.compliant:
-            found = self._decide(phase, touching, probe, Change())
+            found = self._decide(touching, probe, Transition())
         else:
-            found = self._strike(phase, touching, [], probe) if touching else Change()
-        found.phases |= below | {i: self.machines[i].resumed(of, probe.of(i).instant) for i, of in earlier.items()}
+            found = self._strike(touching, [], probe) if touching else Transition()
+        found.states |= below | {i: self.machines[i].resumed(of, probe.of(i)) for i, of in earlier.items()}
         found.events += [(i, EventKind.IMPACT) for i in earlier]
         found.pulls = {i: of.tangential_force for i, of in earlier.items()}
         return found
 
-    def after_guard(self, phase: Phase, guard: int, lately: Sequence[int], probe: GroupProbe) -> Change:
+    def after_guard(self, guard: int, lately: Sequence[int], probe: ContactProbe) -> Transition:
         """Return the transition after a guard of a contact fell; raises RunEnded where no state exists.
 
         `lately` are contacts that an impact has opened a moment ago, see `ALTERNATING`.
         """
-        arrays = phase.arrays
-        assert arrays is not None
-        (i, which), states = divmod(guard, GUARDS), arrays.rows[:, STATE]
-        if guard >= GUARDS * len(states):
-            i, which = guard - GUARDS * len(states), SWITCHED
-        own, machine = phase_of(phase, arrays, i), self.machines[i]
-        others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
+        n = len(self.machines)
+        i, which = divmod(guard, GUARDS) if guard < GUARDS * n else (guard - GUARDS * n, SWITCHED)
+        own, machine = probe.of(i), self.machines[i]
+        closed = own.state != State.FREE
+        others = [j for j in range(n) if j != i and probe.of(j).state != State.FREE]
+        if n == 1:
+            return machine.after_guard(own, which, probe)
         projects = machine.axial and own.state == State.SLIP and which in (LOWER, UPPER)
         if projects or (self.compliant and (machine.stick_criterion or machine.axial)):
             # the scheme itself distinguishes stick from slip: transitions of others come in the next steps; and no
             # force on axial flexibility jumps, so that none of another contact follows
-            seen = probe.of(i) if own.state == State.FREE else probe.coupled(i)
-            return Change.of_one(i, machine.after_guard(own, which, seen))
+            return machine.after_guard(probe.coupled(i) if closed else own, which, probe)
         if which == DEFINITE:
-            return self._leave_singular(phase, [i, *others], probe)
-        falls = own.state == State.FREE and own.surface.side > 0.0
-        lands = falls and not machine.is_beyond(probe.of(i).instant.slip)
+            return self._leave_singular([i, *others], probe)
+        lands = not closed and own.side > 0.0 and not machine.is_beyond(own.slip)
         if lands and not self.compliant and (others or lately):
-            return self._strike(phase, [i], others, probe, lately)
-        if not others or not (lands or own.state != State.FREE):
-            return Change.of_one(i, machine.after_guard(own, which, probe.of(i)))
-        if which == NORMAL and own.state != State.FREE:  # its force is 0: the others' stay as they are
-            return Change({i: machine.free()}, [(i, EventKind.RELEASE)])
+            return self._strike([i], others, probe, lately)
+        if not others or not (lands or closed):
+            return machine.after_guard(own, which, probe)
+        if which == NORMAL and closed:  # its force is 0: the others' stay as they are
+            return Transition.to(i, machine.free(), EventKind.RELEASE)
         if which == END:
-            found = Change.of_one(i, machine.after_guard(own, which, probe.of(i)))
-            return self._decide(phase, others, probe, found)
+            return self._decide(others, probe, machine.after_guard(own, which, probe))
         if lands:
-            return self._decide(phase, [i, *others], probe, Change())
+            return self._decide([i, *others], probe, Transition())
         slip = own.state == State.SLIP
-        kink = own.friction.upper if which == UPPER else own.friction.lower
+        kink = own.upper if which == UPPER else own.lower
         if slip and (self.friction.static is None or kink != 0.0):
-            return Change.of_one(i, machine.after_guard(own, which, probe.of(i)))
+            return machine.after_guard(own, which, probe)
         leaves = {} if slip else {i: 1 if which == UPPER else -1}
-        return self._decide(phase, [i, *others], probe, Change(), at_rest=[i] if slip else [], leaves=leaves)
+        return self._decide([i, *others], probe, Transition(), at_rest=[i] if slip else [], leaves=leaves)
 
-    def _leave_singular(self, phase: Phase, contacts: Sequence[int], probe: GroupProbe) -> Change:
+    def _leave_singular(self, contacts: Sequence[int], probe: ContactProbe) -> Transition:
         """Return other states of sliding contacts whose forces grow without bound; raises RunEnded without any."""
         try:
-            found = Change() if self.machines[0].axial else self._decide(phase, contacts, probe, Change())
+            found = Transition() if self.machines[0].axial else self._decide(contacts, probe, Transition())
         except RunEnded:
-            found = Change()
+            found = Transition()
         if not found.events:
-            raise RunEnded(self._reason(phase, contacts, probe))
+            raise RunEnded(self._reason(contacts, probe))
         return found
 
-    def _reason(self, phase: Phase, contacts: Sequence[int], probe: GroupProbe) -> Outcome:
+    def _reason(self, contacts: Sequence[int], probe: ContactProbe) -> Outcome:
         """Name why the forces of sliding contacts grow without bound: friction, or redundant constraints."""
-        group = probe.together(contacts, {})
-        assert phase.arrays is not None
-        rubs = np.any(phase.arrays.rows[list(contacts), INTERCEPT] != 0.0)
-        return Outcome.PAINLEVE if rubs and not _is_redundant(group.normal()) else Outcome.REDUNDANT_CONSTRAINTS
+        group, delassus = probe.together(contacts, {})
+        rubs = any(c.intercept != 0.0 for c in group)
+        return (
+            Outcome.PAINLEVE if rubs and not _is_redundant(delassus[:, 0, :, 0]) else Outcome.REDUNDANT_CONSTRAINTS
+        )
 
     def _strike(
-        self,
-        phase: Phase,
-        touching: Sequence[int],
-        closed: Sequence[int],
-        probe: GroupProbe,
-        lately: Sequence[int] = (),
-    ) -> Change:
+        self, touching: Sequence[int], closed: Sequence[int], probe: ContactProbe, lately: Sequence[int] = ()
+    ) -> Transition:
         """Return the plastic impact of touching contacts on a beam that others hold, and what follows it."""
         contacts = [*touching, *closed, *(i for i in lately if i not in touching and i not in closed)]
-        group, change = probe.together(contacts, {}), Change()
-        rates = group.rates()
+        group, delassus = probe.together(contacts, {})
+        change, rates, normal = Transition(), np.array([c.gap_rate for c in group]), delassus[:, 0, :, 0]
         if np.min(rates) < -self.tolerances.velocity:
-            if _is_redundant(group.normal()):
+            if _is_redundant(normal):
                 raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
             # those whose impacts alternate have accumulated: all are closed, whatever is left of their rates
             alternate = bool(lately)
-            sizes = (
-                np.linalg.solve(group.normal(), -rates) if alternate else plastic_impulses(group.normal(), rates)
-            )
-            after = rates + group.normal() @ sizes
+            sizes = np.linalg.solve(normal, -rates) if alternate else plastic_impulses(normal, rates)
+            after = rates + normal @ sizes
             for i, size, mean in zip(contacts, sizes, 0.5 * (rates + after), strict=True):
                 if size != 0.0:
                     change.impulses[i] = Impulse(float(size), 0.0, float(-size * mean))
@@ -272,30 +184,28 @@ class ContactMachines:
             staying = [i for i, rate in zip(contacts, after, strict=True) if rate <= least]
         else:
             staying = contacts
-        return self._decide(phase, staying, probe, change, [i for i in contacts if i not in staying])
+        return self._decide(staying, probe, change, [i for i in contacts if i not in staying])
 
     def _decide(
         self,
-        phase: Phase,
         contacts: Sequence[int],
-        probe: GroupProbe,
-        change: Change,
+        probe: ContactProbe,
+        change: Transition,
         opened: Sequence[int] = (),
         at_rest: Sequence[int] = (),
         leaves: Mapping[int, int] = {},
-    ) -> Change:
+    ) -> Transition:
         """Add the states of contacts with zero gap rate, or on compliant stops, to a change, with their events.
 
         The contacts `opened` leave by an impact.  Of those `at_rest` the slip has just ended, those that `leaves`
         names have been stuck and begin to slip in the given direction.
         """
-        arrays = phase.arrays
-        assert arrays is not None
-        states: dict[int, Phase] = {i: self.machines[i].free() for i in opened}
+        states = {i: self.machines[i].free() for i in opened}
         if contacts:
-            states |= self._states(phase, contacts, probe.together(contacts, change.impulses), at_rest, leaves)
+            group, delassus = probe.together(contacts, change.impulses)
+            states |= self._states(contacts, group, delassus, probe, at_rest, leaves)
         for i, state in states.items():
-            before = phase_of(phase, arrays, i)
+            before = probe.of(i)
             struck, kind = i in change.impulses and change.impulses[i].normal > 0.0, None
             if before.state == State.FREE and state.state == State.FREE:
                 kind = EventKind.REBOUND if struck else None
@@ -311,36 +221,36 @@ class ContactMachines:
                 change.events += [(i, EventKind.IMPACT), (i, EventKind.RELEASE)]
             elif kind is not None:
                 change.events.append((i, kind))
-            change.phases[i] = state
+            change.states[i] = state
         return change
 
     def _states(
         self,
-        phase: Phase,
         contacts: Sequence[int],
-        group: Group,
+        group: Sequence[Candidate],
+        delassus: Array,
+        probe: ContactProbe,
         at_rest: Sequence[int],
         leaves: Mapping[int, int],
-    ) -> dict[int, Phase]:
+    ) -> dict[int, Candidate]:
         """Decide by accelerations which contacts stay closed, which stick and which way the others slip."""
-        arrays, static = phase.arrays, self.friction.static
-        assert arrays is not None
+        static = self.friction.static
+        group = [
+            c if c.state != State.FREE else self.machines[i].opened(c).changed(state=0)
+            for i, c in zip(contacts, group, strict=True)
+        ]
         if self.machines[0].axial:
-            group = self._on_axis(arrays, contacts, group)
+            group, delassus = self._on_axis(contacts, group, delassus, probe)
         slips: dict[int, int] = {}
         several = False
-        for i, c in zip(contacts, group.instants, strict=True):
-            sticks = arrays.rows[i, STATE] == State.STICK
-            still = self.tolerances.velocity + (_STILL * self.speed if sticks else 0.0)
+        for i, c in zip(contacts, group, strict=True):
+            still = self.tolerances.velocity + (_STILL * self.speed if c.state == State.STICK else 0.0)
             moving = abs(c.slip_rate) > still and i not in at_rest and i not in leaves
             slips[i] = leaves.get(i, _sign(c.slip_rate) if moving or static is None else 0)
         for _ in range(len(contacts) + 1):
-            candidates = [
-                self._candidate(i, c, slips[i], arrays.rows[i])
-                for i, c in zip(contacts, group.instants, strict=True)
-            ]
-            free = np.array([[c.gap_acceleration, c.slip_acceleration] for c in group.instants])
-            solution = contact_forces(group.delassus, free, candidates)
+            closed = [self._closed(i, c, slips[i]) for i, c in zip(contacts, group, strict=True)]
+            free = np.array([[c.gap_acceleration, c.slip_acceleration] for c in group])
+            solution = contact_forces(delassus, free, closed)
             several = several or solution.several
             begun = {
                 i: _sign(a)
@@ -352,59 +262,62 @@ class ContactMachines:
                 break
         self._ambiguous += several
         found, kept = {}, []
-        for i, c, force in zip(contacts, group.instants, solution.forces, strict=True):
-            own, machine = phase_of(phase, arrays, i), self.machines[i]
-            earlier = own if own.state != State.FREE else machine.opened(c.slip)
+        for i, c, force in zip(contacts, group, solution.forces, strict=True):
+            machine = self.machines[i]
             if force[0] <= 0.0 and not self.compliant:
                 found[i] = machine.free()
                 continue
             kept.append(i)
             if slips[i] != 0:
-                found[i] = machine.slide(earlier, 0.0 if i in leaves else c.slip_rate, slips[i])
+                found[i] = machine.slide(c, 0.0 if i in leaves else c.slip_rate, slips[i])
             else:
-                found[i] = own if own.state == State.STICK else stick_at(earlier, c)
-        self._check(contacts, kept, found, group)
+                found[i] = c if c.state == State.STICK else stick_at(c)
+        self._check(contacts, kept, found, delassus)
         return found
 
-    def _on_axis(self, arrays: ContactArrays, contacts: Sequence[int], group: Group) -> Group:
+    def _on_axis(
+        self, contacts: Sequence[int], group: Sequence[Candidate], delassus: Array, probe: ContactProbe
+    ) -> tuple[list[Candidate], Array]:
         """Return the problem of rigid contacts with axial flexibility, whose slips are displacements at once.
 
         Without mass the material slides until the forces, which stretch the axis, are within the cones: in the
         place of the accelerations of slip stand the displacements, in units that leave the numbers of one size.
         """
-        rows = arrays.rows.copy()
-        for i, c in zip(contacts, group.instants, strict=True):
-            if rows[i, STATE] == State.FREE:
-                rows[i] = row_of(stick_at(self.machines[i].opened(c.slip), c))
-        shared = np.array([[shared_flexibility(rows[i], row) for row in rows] for i in contacts])
-        unit = group.delassus[0, 0, 0, 0] / shared[0, contacts[0]]
-        # one that slides goes on, but for a cone that grows
-        held = arrays.instants[:, TANGENTIAL_FORCE] * np.where(rows[:, STATE] == State.SLIP, 1.0 + _STILL, 1.0)
-        moved, delassus = -unit * shared @ held, group.delassus.copy()
-        delassus[:, 1, :, 0], delassus[:, 1, :, 1] = 0.0, unit * shared[:, contacts]
-        instants = [
-            c._replace(slip_rate=0.0, slip_acceleration=m) for c, m in zip(group.instants, moved, strict=True)
-        ]
-        return Group(instants, delassus)
+        every = [probe.coupled(j) for j in range(len(self.machines))]
+        closed = [c for c in every if c.state != State.FREE]
+        shared = np.array([[shared_flexibility(c, other) for other in group] for c in group])
+        unit = delassus[0, 0, 0, 0] / shared[0, 0]
+        delassus = delassus.copy()
+        delassus[:, 1, :, 0], delassus[:, 1, :, 1] = 0.0, unit * shared
+        moved = []
+        for c in group:
+            # one that slides goes on, but for a cone that grows
+            held = sum(
+                shared_flexibility(c, other)
+                * other.tangential_force
+                * (1.0 + _STILL if other.state == State.SLIP else 1.0)
+                for other in closed
+            )
+            moved.append(c.changed(slip_rate=0.0, slip_acceleration=-unit * held))
+        return moved, delassus
 
     def _check(
-        self, contacts: Sequence[int], kept: Sequence[int], states: Mapping[int, Phase], group: Group
+        self, contacts: Sequence[int], kept: Sequence[int], states: Mapping[int, Candidate], delassus: Array
     ) -> None:
         """Raise RunEnded if the constraints of the contacts that stay closed are redundant."""
         rows = [] if self.compliant else [(contacts.index(i), 0) for i in kept]
         rows += [(contacts.index(i), 1) for i in kept if states[i].state == State.STICK]
-        if rows and _is_redundant(np.array([[group.delassus[*a, *b] for b in rows] for a in rows])):
+        if rows and _is_redundant(np.array([[delassus[*a, *b] for b in rows] for a in rows])):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
 
-    def _candidate(self, i: int, instant: Instant, slip: int, row: Array) -> Candidate:
+    def _closed(self, i: int, c: Candidate, slip: int) -> Closed:
         """Return a contact with its direction of slip, 0 at rest, for the solution of all together."""
         machine, static = self.machines[i], self.friction.static
-        if machine.axial and row[STATE] == State.SLIP:  # it has not stuck yet
-            static = abs(float(row[INTERCEPT]))
-        push = None if machine.contact_law is None else machine.contact_law.force(instant)
-        sliding = machine.slide(machine.closed_phase, instant.slip_rate if slip else 0.0, slip or 1)
-        ratio = friction_ratio(sliding, instant.slip_rate) if slip else 0.0
-        return Candidate(slip, ratio, static or 0.0, push)
+        if machine.axial and c.state == State.SLIP:  # it has not stuck yet
+            static = abs(c.intercept)
+        push = None if machine.contact_law is None else machine.contact_law.force(c)
+        sliding = machine.slide(c, c.slip_rate if slip else 0.0, slip or 1)
+        return Closed(slip, friction_ratio(sliding) if slip else 0.0, static or 0.0, push)
 
 
 def _sign(value: float) -> int:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.friction import Branch
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import Array
 
@@ -23,38 +24,88 @@ class State(IntEnum):
     STICK = STICKING
 
 
-class Stop(NamedTuple):
-    """Normal law of a contact, as kernels read it; by default a rigid stop.
+@dataclass
+class Candidate:
+    """One candidate of contact: its state with all its parameters, and its problem at an instant (SI units).
 
-    A compliant stop pushes with a function of the depth d = -Z_n and its rate: of Hunt and Crossley's spring,
-    stiffness d (1 + damping d'), or of a user-defined law.
+    Kernels read and write records of these fields, see `Contacts`; in plain Python they are these objects.  The
+    accelerations are those without any contact force.
     """
 
-    compliant: bool = False
-    massless: bool = False  # a rigid stop under a contact point without inertia, see `MasslessPoint`
+    state: int = FREE
+    # --- the stop: a rigid one or, `compliant`, lambda_n as a function of the depth d = -Z_n and its rate, that of
+    # Hunt and Crossley's spring, stiffness d (1 + damping d'), or of the law of a run
+    compliant: int = 0
+    massless: int = 0  # a rigid stop under a contact point without inertia, see `MasslessPoint`
     stiffness: float = 0.0  # N/m
     damping: float = 0.0  # s/m
-    law: Law | None = None  # lambda_n(d, d') in the place of the spring's
     cell: float = 0.0  # m, of the beam that bears on a bedding, see `Bedding`; 0 of a stop at a point
-    share: float = 1.0  # of the stiffness that is there: the part of the cell that is over the bedding
-    fading: float = 0.0  # 1/m, derivative of the share by the slip
-
-
-class Stick(NamedTuple):
-    """Sticking: |lambda_tau| <= static lambda_n, and the slip Z_tau is kept at `slip`.
-
-    A point of an obstacle rolls on the beam where it sticks: with its radius, or where it is pressed in, the place
-    at which it touches moves without slipping.  There is no slip then to come back to, its rate alone is zero.
-
-    With the axial flexibility of the beam in the tangential row the material is at Z_tau + compliance lambda_tau,
-    and it is that which is kept at `slip`; see `oblique_impact.contact.flexibility`.
-    """
-
+    # --- residual flexibility of the contact point, of the modes left out; constant during a contact.  Without
+    # inertia they are a spring and a dashpot behind the contact point, in series with the stop.  A point without
+    # inertia rests on a rigid stop whatever the coordinates do, so that its slip is Z_tau + tilt Z_n
+    compliance: float = 0.0  # m/N along the normal
+    relaxation: float = 0.0  # s, viscosity over stiffness
+    tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
+    # --- friction while it slides, lambda_tau = (intercept + slope v) lambda_n for lower < v < upper (m/s)
+    intercept: float = 0.0
+    slope: float = 0.0
+    lower: float = -inf
+    upper: float = inf
+    # --- stick, |lambda_tau| <= static lambda_n with the slip kept.  A point of an obstacle rolls on the beam
+    # where it sticks: the place at which it touches moves without slipping, and there is no slip to come back to
     static: float = -1.0  # negative: a law without a stick state
-    slip: float = 0.0  # m
-    held: float = 1.0  # 0.0 of a point that rolls
-    compliance: float = 0.0  # m/N, the axial flexibility; 0: the beam does not stretch
+    kept_slip: float = 0.0  # m; with axial flexibility the travel that is kept plus what its force stretches
+    held: float = 1.0  # 0 of a point that rolls
+    axial: float = 0.0  # m/N, axial flexibility behind the friction; 0: the beam does not stretch
     sense: float = 1.0  # of its tangent, 1: away from the root, -1: towards it
+    # --- Baumgarte's stabilization Z'' + c Z' + k Z = 0 of the constraints (1/s, 1/s^2)
+    correct_rate: float = 0.0
+    correct_place: float = 0.0
+    # --- the side: whether there is contact at all, on which side of the line of it the point flies, its ends
+    enabled: int = 1
+    side: float = 1.0  # 1 above the line, -1 below it, past an end
+    first: float = -inf  # m along it
+    last: float = inf
+    # --- the contact at an instant
+    gap: float = 0.0  # m
+    slip: float = 0.0
+    gap_rate: float = 0.0  # m/s
+    slip_rate: float = 0.0
+    a_nn: float = 0.0  # Delassus entries D_n M^-1 D_n^T, D_n M^-1 D_tau^T, D_tau M^-1 D_tau^T (1/kg)
+    a_nt: float = 0.0
+    a_tt: float = 0.0
+    gap_acceleration: float = 0.0  # m/s^2
+    slip_acceleration: float = 0.0
+    normal_force: float = 0.0  # N, conjugate to the gap: lambda_n - tilt lambda_tau
+    tangential_force: float = 0.0  # lambda_tau
+    gap_bias: float = 0.0  # m/s^2, accelerations without q''
+    slip_bias: float = 0.0
+    definite: float = 1.0  # effective inverse normal mass while it slides, relative, given the contacts before
+    travel: float = 0.0  # m, the integral of the slip velocity: the slip, but for rolling
+    stretching: float = 0.0  # m/s, of the material by the forces of other contacts on the axial flexibility
+    peak_force: float = 0.0  # N, the largest normal force of a call
+    peak_depth: float = 0.0  # m
+    normal_change: float = 0.0  # of the forces (N) in an iteration, or moves along the responses in a projection
+    tangential_change: float = 0.0
+    # --- which of the unknown forces are its, -1: none
+    normal_unknown: int = -1
+    tangential_unknown: int = -1
+
+    def changed(self, **values: Any) -> Candidate:
+        """Return a copy with other values."""
+        found = object.__new__(Candidate)
+        vars(found).update(vars(self), **values)
+        return found
+
+
+CANDIDATE = np.dtype(
+    [(f.name, np.int64 if f.type == "int" else np.float64) for f in fields(Candidate)], align=True
+)
+_NAMES: tuple[str, ...] = CANDIDATE.names or ()
+#: what a candidate is at an instant, whatever its state
+AT_AN_INSTANT = _NAMES[_NAMES.index("gap") :]
+#: what is observed of a contact at a sample
+OBSERVED = ("gap", "slip", "gap_rate", "slip_rate", "lambda_n", "lambda_tau")
 
 
 class Baumgarte(NamedTuple):
@@ -69,98 +120,56 @@ class Baumgarte(NamedTuple):
         return cls(2.0 * chi, beta * beta) if form == "squared" else cls(chi, beta)
 
 
-class Surface(NamedTuple):
-    """Extent of the slope, and the side of it on which the contact point is."""
-
-    enabled: bool = True  # False: contact is switched off
-    side: float = 1.0  # in flight: 1 above the line of the slope, -1 below it, past an end
-    first: float = -inf  # m along the slope: its ends, where contact ends
-    last: float = inf
-
-
 class Residual(NamedTuple):
-    """Residual flexibility of the contact point, that of the modes left out; constant during a contact.
-
-    The modes above the last one are compliant too: without inertia they are a spring and a dashpot behind the
-    contact point, in series with the stop.  A point without inertia rests on a rigid stop whatever the coordinates
-    do, so that its slip is Z_tau + tilt Z_n.
-    """
+    """Residual flexibility of a contact point, see `Candidate`."""
 
     compliance: float = 0.0  # m/N along the normal
-    relaxation: float = 0.0  # s, viscosity over stiffness
-    tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
+    relaxation: float = 0.0  # s
+    tilt: float = 0.0
 
 
-#: columns of `ContactArrays.rows`
-STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, HELD, COMPLIANCE, SENSE = range(10)
-SIDE, FIRST, LAST, STIFFNESS, CELL = range(10, 15)
+DIRECTION, RESPONSE = 0, 1  # of `Contacts.rows`
 
 
-class ContactArrays(NamedTuple):
-    """States of n contacts, and arrays for their problem at an instant in a system of d degrees of freedom."""
+class Contacts(NamedTuple):
+    """All n candidates of contact of a run, and arrays for their problem, of d degrees of freedom."""
 
-    rows: Array  # (n, 15) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
-    instants: Array  # (n, 13) the fields of `Instant`, each contact's accelerations without any contact force
-    biases: Array  # (n, 2) accelerations of gap and slip without q''
-    directions: Array  # (n, 2, d) D_n, D_tau of the closed contacts
-    responses: Array  # (n, 2, d) M^-1 D_n^T, M^-1 D_tau^T
-    definite: Array  # (n,) effective inverse normal mass, relative, given the contacts before
-    matrix: Array  # (2 n, 2 n + 1) equations of the unknown forces with their right side
-    unknowns: Array  # (2 n, 2) contact and direction, 0 normal or 1 tangential, of each unknown
-    travel: Array  # (n,) m, the integral of the slip velocity: the slip, but for rolling
-    yielding: Array  # (n,) m/s, of the material by the forces of other contacts on the axial flexibility
+    each: Any  # (n,) records of `Candidate`; in interpreted runs a list of such objects
+    rows: Array  # (2, n, 2, d) rows D_n, D_tau of the closed contacts, and M^-1 D^T
+    #: (2 n, 2 n + 1) equations of the unknown forces with their right side; None: one contact has a closed form
+    matrix: Array | None
+    law: Law | None  # lambda_n(d, d') of compliant stops in the place of the spring's
 
     @classmethod
-    def new(cls, rows: Array, size: int) -> ContactArrays:
-        """Allocate the arrays of n contacts, `rows` (n, 15), of a system with `size` degrees of freedom."""
-        n = len(rows)
-        shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2), (n,), (n,)
-        return cls(rows, *(np.zeros(shape) for shape in shapes))
+    def new(cls, contacts: Sequence[Candidate], size: int, packed: bool, law: Law | None = None) -> Contacts:
+        """Allocate the arrays of contacts of a system of `size` coordinates, `packed` for compiled kernels."""
+        n = len(contacts)
+        each: Any = np.zeros(n, CANDIDATE) if packed else [Candidate() for _ in contacts]
+        found = cls(each, np.zeros((2, n, 2, size)), np.zeros((2 * n, 2 * n + 1)) if n > 1 else None, law)
+        for i, contact in enumerate(contacts):
+            found.take(i, contact)
+        return found
 
+    def take(self, i: int, contact: Candidate) -> None:
+        """Take the fields of a contact."""
+        self.each[i] = tuple(vars(contact).values()) if isinstance(self.each, np.ndarray) else contact.changed()
 
-class Phase(NamedTuple):
-    """A contact state with all its parameters, as kernels read it.
+    def peaks(self) -> list[tuple[float, float]]:
+        """Return the largest normal force (N) and depth (m) of each since they were asked for."""
+        found = [(c.peak_force, c.peak_depth) for c in map(self.of, range(len(self.each)))]
+        for i, (force, depth) in enumerate(found):
+            if force or depth:
+                self.take(i, self.of(i).changed(peak_force=0.0, peak_depth=0.0))
+        return found
 
-    Of several contacts (`arrays`) it holds what they have in common; its state is free if all of them are.
-    """
+    def in_python(self) -> Contacts:
+        """Return copies of the contacts that plain Python reads quickly."""
+        return self._replace(each=[self.of(i) for i in range(len(self.each))])
 
-    state: int = FREE
-    stop: Stop = Stop()
-    friction: Branch = Branch(0.0, 0.0, -inf, inf)  # of the friction law, while sliding
-    stick: Stick = Stick()
-    stabilization: Baumgarte = Baumgarte()
-    surface: Surface = Surface()
-    residual: Residual = Residual()
-    arrays: ContactArrays | None = None
-
-
-class Instant(NamedTuple):
-    """The contact problem at an instant and what solves it (SI units).
-
-    The accelerations are those without contact force; the forces are 0 until a state has given them.
-    """
-
-    gap: float
-    slip: float
-    gap_rate: float
-    slip_rate: float
-    a_nn: float = 0.0  # Delassus entries D_n M^-1 D_n^T, D_n M^-1 D_tau^T, D_tau M^-1 D_tau^T
-    a_nt: float = 0.0
-    a_tt: float = 0.0
-    gap_acceleration: float = 0.0
-    slip_acceleration: float = 0.0
-    normal_force: float = 0.0  # lambda_n
-    tangential_force: float = 0.0  # lambda_tau
-    damping_power: float = 0.0  # W, of the system's own damping
-    supplied_power: float = 0.0  # W, by drives and hub torques
-
-
-INSTANT = len(Instant._fields)
-#: columns of `ContactArrays.instants`
-GAP, SLIP, GAP_RATE, SLIP_RATE, A_NN, A_NT, A_TT, GAP_ACCELERATION, SLIP_ACCELERATION = range(9)
-NORMAL_FORCE, TANGENTIAL_FORCE = 9, 10
-#: the contact problem where there is none
-NO_CONTACT = Instant(0.0, 0.0, 0.0, 0.0)
+    def of(self, i: int) -> Candidate:
+        """Return a copy of contact i."""
+        record = self.each[i]
+        return Candidate(*record.item()) if isinstance(self.each, np.ndarray) else record.changed()
 
 
 class Guards(NamedTuple):

@@ -16,9 +16,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from oblique_impact.contact.forces import share_of, spring_force, stop_force
-from oblique_impact.contact.state import Instant, Residual, Stop
+from oblique_impact.contact.state import Candidate, Residual
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.laws import compiled_law
+from oblique_impact.kernels.laws import Law, compiled_law
 from oblique_impact.kernels.workspace import Array
 
 _DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a user-defined law is checked before a run
@@ -54,19 +54,25 @@ class ContactLaw(ABC):
     def check(self, end_time: float) -> None:
         """Raise InputError if the law cannot be compiled or is attractive; called before a run."""
         for depth in _DEPTHS:
-            force = stop_force(self.stop, Residual(), -depth, 0.0)
+            force = self.force(Candidate(gap=-depth))
             if not force < 1e300 or self.normal_force(depth, 0.0, *self._numbers) < 0.0:
                 words = f"the force at rest at a depth of {depth:g} m is {force:g} N, should be finite, >= 0"
                 raise InputError(f"{type(self).__name__}: {words}")
 
     @property
-    def stop(self) -> Stop:
-        """The law as kernels read it; raises InputError if it cannot be compiled."""
-        return Stop(compliant=True, law=compiled_law(type(self).normal_force, 2, self._numbers))
+    def stop(self) -> dict[str, Any]:
+        """Fields of a `Candidate` that say what the stop is."""
+        return {"compliant": 1}
 
-    def force(self, instant: Instant) -> float:
-        """Return the normal force (N) at an instant."""
-        return float(stop_force(self.stop, Residual(), instant.gap, instant.gap_rate))
+    @property
+    def kernel(self) -> Law | None:
+        """The law as kernels call it, None of the built-in spring; raises InputError if it cannot be compiled."""
+        return compiled_law(type(self).normal_force, 2, self._numbers)
+
+    def force(self, c: Candidate) -> float:
+        """Return the normal force (N) of the stop alone at gap, slip and gap rate of a candidate."""
+        alone = c.changed(compliance=0.0, **self.stop)
+        return float(stop_force(self.kernel, alone, c.gap, c.gap_rate))
 
     def end_pushes(self, gap: Array, slip: Array) -> Array:
         """Return forces (N) along the slide that are no friction, which only beddings have; each (samples,)."""
@@ -78,8 +84,9 @@ class ContactLaw(ABC):
 
     def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
         """Energies (J), see `energy`, at gaps and slips (m) of closed contact, each (samples,)."""
-        found, closed, stop = np.zeros(gap.shape), gap < 0.0, self.stop
-        forces = [stop_force(stop, Residual(compliance), value, 0.0) for value in gap[closed].tolist()]
+        found, closed, law = np.zeros(gap.shape), gap < 0.0, self.kernel
+        c = Candidate(compliance=compliance, **self.stop)
+        forces = [stop_force(law, c, value, 0.0) for value in gap[closed].tolist()]
         depths = np.maximum(-gap[closed] - compliance * np.array(forces), 0.0)
         found[closed] = self._own_energies(depths) + 0.5 * compliance * np.square(forces)
         return found
@@ -136,9 +143,14 @@ class ElasticStop(ContactLaw):
         return spring_force(depth, rate, stiffness, damping)
 
     @property
-    def stop(self) -> Stop:
-        """The law as kernels read it."""
-        return Stop(compliant=True, stiffness=float(self.stiffness), damping=float(self.damping))
+    def stop(self) -> dict[str, Any]:
+        """Fields of a `Candidate` that say what the stop is."""
+        return {"compliant": 1, "stiffness": float(self.stiffness), "damping": float(self.damping)}
+
+    @property
+    def kernel(self) -> None:
+        """None: kernels have the spring's force."""
+        return
 
     def over(self, slip: float) -> tuple[float, float]:
         """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
@@ -181,9 +193,9 @@ class Bedding(ElasticStop):
     cell: float = 0.0
 
     @property
-    def stop(self) -> Stop:
-        """The law as kernels read it."""
-        return super().stop._replace(cell=float(self.cell))
+    def stop(self) -> dict[str, Any]:
+        """Fields of a `Candidate` that say what the stop is."""
+        return super().stop | {"cell": float(self.cell)}
 
     def over(self, slip: float) -> tuple[float, float]:
         """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
@@ -199,10 +211,6 @@ class Bedding(ElasticStop):
         """Return forces (N) along the slide of a cell that lies over an end of the bed, each (samples,)."""
         slopes = np.array([self.over(place)[1] for place in slip.tolist()])
         return np.asarray(-0.5 * slopes * np.minimum(gap, 0.0) ** 2)
-
-    def force(self, instant: Instant) -> float:
-        """Return the normal force (N) at an instant."""
-        return ElasticStop(self.over(instant.slip)[0], self.damping).force(instant)
 
     def peak_energy(self, depth: float, force: float, compliance: float) -> float:
         """Largest energy (J) stored in a contact, on which perhaps a part of the cell alone has borne."""
@@ -233,9 +241,14 @@ class MasslessPoint(ContactLaw):
         return 0.0
 
     @property
-    def stop(self) -> Stop:
-        """The law as kernels read it."""
-        return Stop(compliant=True, massless=True)
+    def stop(self) -> dict[str, Any]:
+        """Fields of a `Candidate` that say what the stop is."""
+        return {"compliant": 1, "massless": 1}
+
+    @property
+    def kernel(self) -> None:
+        """None: kernels have its force."""
+        return
 
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Return 0: the stop itself is rigid."""

@@ -10,7 +10,7 @@ import numpy as np
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
-from oblique_impact.contact.state import INSTANT, Instant, State
+from oblique_impact.contact.state import OBSERVED, State
 from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.variables import SECTION_FORCES
@@ -21,8 +21,7 @@ from oblique_impact.marching.records import Segment
 Column = np.ndarray[Any, Any]
 
 #: columns of `Samples.scalars`
-GAP, SLIP, GAP_RATE, SLIP_RATE = range(4)
-LAMBDA_N, LAMBDA_T = Instant._fields.index("normal_force"), Instant._fields.index("tangential_force")
+GAP, SLIP, GAP_RATE, SLIP_RATE, LAMBDA_N, LAMBDA_T = range(len(OBSERVED))
 
 
 class Samples(NamedTuple):
@@ -34,15 +33,15 @@ class Samples(NamedTuple):
     qdd: Array
     quadratures: Array  # integrals over time of forces and powers: see `oblique_impact.marching.equations`
     state: Column  # of int8, see `oblique_impact.contact.state.State`
-    scalars: Array  # see `oblique_impact.contact.state.Instant`
+    scalars: Array  # (samples, 6), see `oblique_impact.contact.state.OBSERVED`
     kinetic: Array  # J
     elastic: Array
     gravity: Array
     stored: Array  # J, in elastic stops and the flexibility across the beam behind them
     stretched: Array  # J, in the axial flexibility behind the friction
     depth: Array  # m, compression of the stop itself
-    # of n contacts, if there are several: the fields of `Instant` of each (samples, n, 13), states (samples, n)
-    contacts: Array = np.zeros((0, 0, INSTANT))
+    # of n contacts, if there are several: the same of each (samples, n, 6), states (samples, n)
+    contacts: Array = np.zeros((0, 0, len(OBSERVED)))
     each: Column = np.zeros((0, 0), dtype=np.int8)
 
     def variables(self) -> dict[str, Column]:
@@ -81,7 +80,7 @@ def gather(
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
     state = np.repeat(np.array([s.state for s in segments], dtype=np.int8), [s.times.size for s in segments])
-    scalars = np.concatenate([s.observation.instants for s in segments])
+    scalars = np.concatenate([s.nearest for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
     if transform is not None:

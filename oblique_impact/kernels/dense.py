@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
+from oblique_impact.kernels.workspace import (
+    EFFECTIVE,
+    FACTOR,
+    FORCES,
+    FREE_ACCELERATION,
+    INCREMENT,
+    MASS,
+    RESIDUAL,
+    Array,
+    Evaluation,
+    Workspace,
+)
+
+if TYPE_CHECKING:  # which is built on this package
+    from oblique_impact.contact.state import Contacts
 
 
 @jitable
@@ -80,69 +94,67 @@ def multiply(matrix: Array, x: Array, product: Array) -> None:
 
 
 @jitable
-def solve_dense_mass(w: Workspace, contact: bool) -> bool:
-    """Solve for the free acceleration and, with `contact`, the responses; False if M is not positive definite."""
-    v = w.vectors
-    if not factor(w.mass, w.factor):
-        return False
-    solve(w.factor, v.forces, v.free_acceleration)
-    if contact:
-        solve(w.factor, v.normal_row, v.normal_response)
-        solve(w.factor, v.tangential_row, v.tangential_response)
-    return True
+def solve_dense(lower: Array, right: Array, x: Array, contacts: Contacts, closed: bool) -> None:
+    """Solve for a vector (d,) and, with `closed`, for the rows of the closed contacts."""
+    solve(lower, right, x)
+    if closed:
+        rows = contacts.rows
+        for i in range(len(contacts.each)):
+            if contacts.each[i].state != 0:
+                solve(lower, rows[0, i, 0], rows[1, i, 0])
+                solve(lower, rows[0, i, 1], rows[1, i, 1])
 
 
 class DenseAlgebra:
     """The protocol of :class:`~oblique_impact.kernels.system.System` for a dense mass matrix."""
 
-    def solve_mass(self: Any, rank_one: float, w: Workspace, contact: bool) -> bool:  # noqa: D102
-        return solve_dense_mass(w, contact)
-
-    def take_residual(  # noqa: D102
-        self: Any, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace
-    ) -> Evaluation:
-        e: Evaluation = self.evaluate(t, q, qd, w)
+    def solve_mass(self: Any, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:  # noqa: D102
+        if not factor(w.matrices[MASS], w.matrices[FACTOR]):
+            return False
         v = w.vectors
-        forces, residual = v.forces, v.residual
-        multiply(w.mass, qdd, residual)
+        solve_dense(w.matrices[FACTOR], v[FORCES], v[FREE_ACCELERATION], contacts, closed)
+        return True
+
+    def take_residual(self: Any, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:  # noqa: D102
+        e: Evaluation = self.evaluate(t, q, qd, w)
+        forces, residual = w.vectors[FORCES], w.vectors[RESIDUAL]
+        multiply(w.matrices[MASS], qdd, residual)
         for i in range(q.shape[0]):
             residual[i] = forces[i] - residual[i]
         return e
 
-    def approach(  # noqa: D102
-        self: Any, t: float, q: Array, qd: Array, contact: bool, w: Workspace
-    ) -> Evaluation:
+    def approach(self: Any, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:  # noqa: D102
         e: Evaluation = self.evaluate(t, q, qd, w)
         return e
 
     def mass_product(self: Any, rank_one: float, w: Workspace, x: Array, product: Array) -> None:  # noqa: D102
-        multiply(w.mass, x, product)
+        multiply(w.matrices[MASS], x, product)
 
     def factor_effective(  # noqa: D102
         self: Any, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
     ) -> bool:
         # a dense mass matrix moves with q, so it is factored anew whether the step has changed or not
-        effective = w.effective[slot]
+        effective, mass = w.matrices[EFFECTIVE + slot], w.matrices[MASS]
         for i in range(q.shape[0]):
             for j in range(q.shape[0]):
-                effective[i, j] = w.mass[i, j]
+                effective[i, j] = mass[i, j]
         self.add_tangent(t, q, velocity, position, effective)
         return factor(effective, effective)
 
-    def solve_effective(self: Any, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:  # noqa: D102
+    def solve_effective(  # noqa: D102
+        self: Any, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool
+    ) -> None:
         v = w.vectors
-        solve(w.effective[slot], v.residual, v.increment)
-        if contact:
-            solve(w.effective[slot], v.normal_row, v.normal_response)
-            solve(w.effective[slot], v.tangential_row, v.tangential_response)
+        solve_dense(w.matrices[EFFECTIVE + slot], v[RESIDUAL], v[INCREMENT], contacts, closed)
 
     def solve_rows(  # noqa: D102
         self: Any, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
     ) -> None:
         for k in range(rows.shape[0]):
             for side in range(sides):
-                solve(w.effective[slot], rows[k, side], responses[k, side])
+                solve(w.matrices[EFFECTIVE + slot], rows[k, side], responses[k, side])
 
     def definiteness(self: Any, rank_one: float, w: Workspace) -> float:
         """Smallest eigenvalue of the evaluated mass matrix, 0 if it is not finite."""
-        return float(np.linalg.eigvalsh(w.mass)[0]) if np.all(np.isfinite(w.mass)) else 0.0
+        mass = w.matrices[MASS]
+        return float(np.linalg.eigvalsh(mass)[0]) if np.all(np.isfinite(mass)) else 0.0

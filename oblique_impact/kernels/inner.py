@@ -80,3 +80,8 @@ class InnerCompiler(CompilerBase):
             (_InnerLowering, words) if kind is NativeLowering else (kind, words) for kind, words in pipeline.passes
         ]
         return [pipeline]
+
+
+#: of inner functions; they allocate nothing, and the arrays that come to them are owned by the caller of the
+# kernel, so that nothing counts references to them
+OPTIONS: dict[str, Any] = {"pipeline_class": InnerCompiler, "_nrt": False}

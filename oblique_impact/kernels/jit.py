@@ -2,17 +2,17 @@
 
 `jitable`            marks a function that kernels call
 `vectorized`         gives a loop another form for interpreted source
+`by_reference`       hands a named tuple on by its address
 `kernel`             makes an entry point: compiled for packed systems, interpreted for user-defined ones in Python
 `compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
-`by_reference`       hands a named tuple on by its address
 
 numba caches compiled kernels on disk: in ``__pycache__``, or in the folder ``NUMBA_CACHE_DIR``.  The cache is
 optional: where it is full, damaged or cannot be written, kernels are compiled again.  With ``NUMBA_DISABLE_JIT=1``
 the same source runs interpreted.
 
-Two modules make this quicker and rest on names of numba that are not public; where a release of numba lacks them a
-plain way takes over by itself, with the same results: without `inner` the first run takes twice as long, without
-`reference` also marching, eight times.
+One module, `inner`, rests on names of numba that are not public, because no public way does the same: without it
+the first run takes three times as long.  Where a release of numba lacks these names the plain way takes over by
+itself, with the same results.
 """
 
 from __future__ import annotations
@@ -33,50 +33,26 @@ from numba.core.errors import NumbaError
 from numba.extending import overload, overload_method, register_jitable
 
 from oblique_impact.kernels.compiling import announce
+from oblique_impact.kernels.reference import Reference, by_reference
+
+__all__ = ["by_reference", "compiled_protocol", "inlined", "jitable", "kernel", "vectorized"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)
-T = TypeVar("T")
 
 # Divisions by zero give infinities, as in NumPy, and the step control sees them.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract"}}
-_INNER_OPTIONS: dict[str, Any] = dict(_OPTIONS)  # of what only kernels call
-_TUPLES: list[Any] = [types.BaseNamedTuple]  # what the compiler may call a packed system
-
-
-def by_reference(value: T) -> T:
-    """Return a named tuple, in compiled source as a reference to a copy of it; a reference stays what it is.
-
-    Fields are read as before, those that are named tuples by reference too.  numba hands tuples on by value, and
-    an array alone is seven values: without references the functions of a march mostly copy.
-    """
-    return value
-
-
-def _say_plain(missing: Exception) -> None:
-    logging.getLogger(__name__).info("oblique-impact: numba is used in its plain way: %s", missing)
-
+#: of what only kernels call, which needs no entry from Python or C
+_INNER_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 try:
-    from oblique_impact.kernels.reference import Reference, compile_references
+    from oblique_impact.kernels.inner import OPTIONS
 
-    # the source allocates nothing, and does without numba's counting of references to arrays, which addresses of
-    # tuples would upset
-    numba.njit(_nrt=False)(lambda: None)
+    numba.njit(**_OPTIONS | OPTIONS)(lambda: None)
 except Exception as missing:  # whatever a later numba makes of names that it does not know
-    _say_plain(missing)
-    register_jitable(**_OPTIONS)(by_reference)
+    logging.getLogger(__name__).info("oblique-impact: numba is used in its plain way: %s", missing)
 else:
-    compile_references(by_reference)
-    _OPTIONS["_nrt"] = _INNER_OPTIONS["_nrt"] = False
-    _TUPLES.append(Reference)
-
-try:
-    from oblique_impact.kernels.inner import InnerCompiler
-except Exception as missing:
-    _say_plain(missing)
-else:
-    _INNER_OPTIONS["pipeline_class"] = InnerCompiler
+    _INNER_OPTIONS |= OPTIONS
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = (
@@ -130,7 +106,7 @@ def _compile_method(name: str, signature: inspect.Signature) -> None:
         return getattr(arguments[0].instance_class, name, None)
 
     implementation.__signature__ = signature  # type: ignore[attr-defined]
-    for kind in _TUPLES:
+    for kind in (types.BaseNamedTuple, Reference):
         overload_method(kind, name, jit_options=_INNER_OPTIONS, strict=False)(implementation)
 
 
@@ -172,7 +148,7 @@ class Kernel:
 
     def __call__(self, system: Any, *arguments: Any) -> Any:
         """Run it."""
-        if not isinstance(system, tuple) or numba.config.DISABLE_JIT:
+        if not is_compiled(system):
             return self._function(system, *arguments)
         try:
             return self._compiled(system, *arguments)
@@ -209,6 +185,11 @@ class Kernel:
             compiled = numba.njit(**_OPTIONS)(self._function)
         _compilations.names[compiled] = self
         return compiled
+
+
+def is_compiled(system: Any) -> bool:
+    """Whether kernels run compiled for a system: a packed one, unless numba is switched off."""
+    return isinstance(system, tuple) and not numba.config.DISABLE_JIT
 
 
 def _described(name: str, arguments: Sequence[Any]) -> str:

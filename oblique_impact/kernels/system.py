@@ -12,14 +12,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import compiled_protocol
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, new_workspace
+from oblique_impact.kernels.workspace import FORCES, MASS, SUPPLY, Array, Evaluation, Workspace, new_workspace
+
+if TYPE_CHECKING:  # which is built on this package
+    from oblique_impact.contact.state import Candidate, Contacts
 
 __all__ = ["ContactRows", "MechanicalSystem", "System"]
 
@@ -32,19 +35,19 @@ class System(Protocol):
     """
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Fill mass matrix, forces and contact rows at (t, q, q')."""
+        """Fill mass matrix and forces at (t, q, q')."""
 
-    def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
-        """Acceleration without contact force and, with `contact`, M^-1 D_n^T and M^-1 D_tau^T.
+    def solve_mass(self, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
+        """Acceleration without contact force and, with `closed`, M^-1 D^T of the closed contacts.
 
         False if the mass matrix is not positive definite.
         """
 
-    def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace) -> Evaluation:
-        """Evaluate and fill the residual Q - M q''; without `contact` rows and kinematics are not needed."""
+    def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:
+        """Evaluate and fill the residual Q - M q''."""
 
-    def approach(self, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
-        """Gap, slip and their rates alone; without `contact` the rows are not needed."""
+    def approach(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Supplied power alone."""
 
     def mass_product(self, rank_one: float, w: Workspace, x: Array, product: Array) -> None:
         """M x of the evaluated system into `product`."""
@@ -58,8 +61,8 @@ class System(Protocol):
         False if S is not positive definite.
         """
 
-    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
-        """S^-1 of the residual into the increment and, with `contact`, of the rows into their responses."""
+    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool) -> None:
+        """S^-1 of the residual into the increment and, with `closed`, of the rows of the closed contacts."""
 
     def damping_at(self, t: float, q: Array, qd: Array, w: Workspace) -> float:
         """Power (W) that damping forces take out at the velocities q'."""
@@ -67,19 +70,16 @@ class System(Protocol):
     def add_tangent(self, t: float, q: Array, velocity: float, position: float, target: Array) -> None:
         """Add velocity * damping matrix + position * stiffness matrix to `target` (d, d); dense systems."""
 
-
-@compiled_protocol
-class TouchesPlaces(Protocol):
-    """Further methods of a system with several contacts."""
-
     def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
         """Take what `touch` has in common at all places in a state."""
 
-    def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Fill the contact rows of one place in the state that was taken; powers are not among the numbers."""
+    def touch(
+        self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, normal: Array, tangential: Array
+    ) -> None:
+        """Gap, slip, their rates and biases of candidate i in the state that was taken, and its rows (d,)."""
 
-    def measure(self, t: float, q: Array, qd: Array, w: Workspace, found: Array) -> None:
-        """Take the state; gap, slip and gap rate of every place into the rows of `found` (places, 3)."""
+    def measure(self, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
+        """Take the state; gap, slip and gap rate of every candidate."""
 
     def solve_rows(
         self, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
@@ -161,24 +161,30 @@ class MechanicalSystem(DenseAlgebra, System, ABC):
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Put what the methods above return into the arrays and the numbers of the protocol."""
-        rows, v = self.contact(t, q, qd), w.vectors
-        w.mass[:] = self.mass_matrix(t, q)
-        v.forces[:], v.normal_row[:], v.tangential_row[:] = self.forces(t, q, qd), rows.normal, rows.tangential
-        at_rest = np.zeros(self.size)
-        supplied = float(self.supplied_power(t, q, qd, at_rest))
+        v = w.vectors
+        w.matrices[MASS, :, :] = self.mass_matrix(t, q)
+        v[FORCES] = self.forces(t, q, qd)
+        supplied = float(self.supplied_power(t, q, qd, np.zeros(self.size)))
         for i, unit in enumerate(np.eye(self.size)):
-            v.supply[i] = self.supplied_power(t, q, qd, unit) - supplied
-        return Evaluation(
-            float(rows.gap),
-            float(rows.slip),
-            float(rows.gap_rate),
-            float(rows.slip_rate),
-            float(rows.gap_bias),
-            float(rows.slip_bias),
-            float(self.damping_power(t, q, qd)),
-            supplied,
-            0.0,
-        )
+            v[SUPPLY, i] = self.supplied_power(t, q, qd, unit) - supplied
+        return Evaluation(float(self.damping_power(t, q, qd)), supplied, 0.0)
+
+    def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
+        """Do nothing: the contact is evaluated from the coordinates."""
+
+    def touch(  # noqa: D102
+        self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, normal: Array, tangential: Array
+    ) -> None:
+        rows = self.contact(t, q, qd)
+        c.gap, c.slip, c.gap_rate, c.slip_rate = map(float, rows[:4])
+        normal[:], tangential[:] = rows.normal, rows.tangential
+        c.gap_bias, c.slip_bias = float(rows.gap_bias), float(rows.slip_bias)
+
+    def set_massless(self, mean: Array, v: Array) -> None:
+        """Do nothing: all coordinates have inertia."""
+
+    def measure(self, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:  # noqa: D102
+        self.touch(0, t, q, qd, w, contacts.each[0], *contacts.rows[0, 0])
 
     def damping_at(self, t: float, q: Array, qd: Array, w: Workspace) -> float:  # noqa: D102
         return float(self.damping_power(t, q, qd))

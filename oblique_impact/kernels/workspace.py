@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,72 +26,72 @@ def own_numbers(values: Any, shape: tuple[int, ...], name: str) -> Array:
     return np.array(found, dtype=np.float64, order="C")
 
 
-POLYNOMIAL = 12  # coefficients of the polynomials that shape functions are along the beam, at most
+def record_of(kind: np.dtype[Any], values: Mapping[str, float]) -> Any:
+    """Return a record of named numbers, as kernels read it."""
+    found = np.zeros(1, kind).view(np.recarray)
+    for name, value in values.items():
+        found[name] = value
+    return found[0]
+
+
 #: effective matrices of an implicit scheme: of its two regular steps and of a cut one
 EFFECTIVE_SLOTS = 3
 
+# rows of `Workspace.vectors`, each (d,)
+FORCES = 0  # Q
+FREE_ACCELERATION = 1  # M^-1 Q
+ACCELERATION = 2  # q''
+SUPPLY = 3  # derivative of the supplied power over q''
+RESIDUAL = 4  # Q + D^T lambda - M q'' of an implicit step
+INCREMENT = 5  # of q'' in an implicit step
+PRODUCT_A = 6  # products with the mass matrix
+PRODUCT_B = 7
+SCRATCH_A = 8  # for what the system's methods need in between
+SCRATCH_B = 9
+SCRATCH_C = 10
+RANK_ONE = 11  # three rows: S^-1 of a system's rank-one vector, for each effective matrix
+# of the beam in its floating frame, behind the entry of theta: its matrices times B
+SPIN_PRODUCT = 14
+GRAVITY_PRODUCT = 15
+STIFFNESS_PRODUCT = 16
+SHORTENING_PRODUCT = 17  # H B of a place of contact
+DAMPING_PRODUCT = 18  # times B'
+VECTORS = 19
 
-class Vectors(NamedTuple):
-    """Vectors of a workspace, each (d,) unless it says otherwise."""
-
-    forces: Array  # Q
-    normal_row: Array  # D_n
-    tangential_row: Array  # D_tau
-    free_acceleration: Array  # M^-1 Q
-    normal_response: Array  # M^-1 D_n^T, or S^-1 D_n^T in an implicit step
-    tangential_response: Array
-    acceleration: Array  # q''
-    supply: Array  # derivative of the supplied power over q''
-    residual: Array  # Q + D^T lambda - M q'' of an implicit step
-    increment: Array  # of q'' in an implicit step
-    product_a: Array  # products with the mass matrix
-    product_b: Array
-    scratch_a: Array  # for what the system's methods need in between
-    scratch_b: Array
-    scratch_c: Array
-    rank_one: Array  # (3, d) S^-1 of a system's rank-one vector, for each effective matrix
-    # of the beam in its floating frame, behind the entry of theta: its matrices times B
-    spin_product: Array
-    gravity_product: Array
-    stiffness_product: Array
-    shortening_product: Array
-    damping_product: Array  # times B'
-    polynomial: Array  # (12,) of the deflection around a place of the axis
-
-    @classmethod
-    def new(cls, size: int) -> Vectors:
-        """Allocate the vectors of a system with `size` degrees of freedom."""
-        shapes = {"rank_one": (EFFECTIVE_SLOTS, size), "polynomial": POLYNOMIAL}
-        return cls(**{name: np.zeros(shapes.get(name, size)) for name in cls._fields})
+# matrices of a dense system: mass, its factor and, from there on, the factors of effective matrices
+MASS, FACTOR, EFFECTIVE = 0, 1, 2
 
 
 class Workspace(NamedTuple):
     """Arrays of one system with d degrees of freedom, allocated once per run."""
 
-    mass: Array  # (d, d)
-    factor: Array  # (d, d) of the mass matrix; banded systems solve in (n + 3, 4)
-    effective: Array  # (3, d, d) factors of an implicit scheme's effective matrices; banded (3, n + 3, 4)
-    vectors: Vectors
+    matrices: (
+        Array  # (5, d, d); of banded systems (4, n + 3, 4): columns to solve in, factors of effective matrices
+    )
+    vectors: Array  # (19, d)
+
+    @property
+    def mass(self) -> Array:
+        """Mass matrix (d, d) of a dense system, in plain Python."""
+        return np.asarray(self.matrices[MASS])
+
+    @property
+    def forces(self) -> Array:
+        """Generalized forces Q (d,), in plain Python."""
+        return np.asarray(self.vectors[FORCES])
 
 
 def new_workspace(size: int) -> Workspace:
     """Allocate the arrays of a dense system with `size` degrees of freedom."""
-    square = (size, size)
-    return Workspace(np.zeros(square), np.zeros(square), np.zeros((EFFECTIVE_SLOTS, *square)), Vectors.new(size))
+    return Workspace(np.zeros((EFFECTIVE + EFFECTIVE_SLOTS, size, size)), np.zeros((VECTORS, size)))
 
 
 class Evaluation(NamedTuple):
-    """Numbers of an evaluated system, besides its arrays (SI units)."""
+    """Numbers of an evaluated system, besides its arrays."""
 
-    gap: float
-    slip: float
-    gap_rate: float
-    slip_rate: float
-    gap_bias: float  # z_n
-    slip_bias: float  # z_tau
     damping_power: float  # W
     supplied_power: float  # W, at q'' = 0; the rest is supply . q''
-    rank_one: float  # coefficient of a rank-one part of the mass matrix that is not in `Workspace.mass`
+    rank_one: float  # coefficient of a rank-one part of the mass matrix that is not in `Workspace.matrices`
 
 
 @inlined

@@ -1,8 +1,8 @@
 """The march through one phase: one loop for all schemes.
 
-The loop owns the times of steps, of which one is cut at a stop, their number, the bounds of a call, the reasons to
-return, and the largest force and depth.  A scheme is a `Stepper`: how long a step is to be, the step itself with
-the first guard that falls in it, and what follows once the state has moved on.
+The loop owns the times of steps, of which one is cut at a stop, their number, the bounds of a call and the reasons
+to return.  A scheme is a `Stepper`: how long a step is to be, the step itself with the first guard that falls in
+it, and what follows once the state has moved on.
 """
 
 from __future__ import annotations
@@ -58,8 +58,6 @@ class MarchResult(NamedTuple):
     steps: int
     rejected: int
     samples: int
-    peak_force: float  # N
-    depth: float  # m; the largest, of a contact with a compliant stop
 
 
 class Position(NamedTuple):
@@ -67,7 +65,7 @@ class Position(NamedTuple):
 
     t: float  # s
     h: float  # s, length of a whole step
-    gap: float  # m, of the contact point
+    gap: float  # m, the smallest distance of a candidate in flight
     taken: int  # steps since the phase began
 
 
@@ -84,8 +82,6 @@ class Step(NamedTuple):
     proposed: float  # s, length of the next whole step
     guard: int  # the first that falls, or NO_GUARD
     gap: float  # m, at the end
-    peak: float  # N, the largest normal force
-    depth: float  # m, the largest
 
 
 @compiled_protocol
@@ -128,11 +124,8 @@ class Stepper(Protocol):
 
 @inlined
 def refused(status: int, proposed: float) -> Step:
-    """Return a step that is not accepted.
-
-    Compiled functions of this kind get all of their arguments: an omitted one has crashed a kernel.
-    """
-    return Step(status, False, 0.0, proposed, NO_GUARD, 0.0, 0.0, 0.0)
+    """Return a step that is not accepted."""
+    return Step(status, False, 0.0, proposed, NO_GUARD, 0.0)
 
 
 def _all_bounded(y: Array, s: Scratch) -> bool:
@@ -158,7 +151,7 @@ def keep_sample(t: float, y: Array, limits: Limits, samples: OutputSamples) -> N
 
 
 #: `MarchResult` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break
-_Returned = tuple[int, int, tuple[float, float, float, int, int], int, int, int, float, float]
+_Returned = tuple[int, int, tuple[float, float, float, int, int], int, int, int]
 
 
 @jitable
@@ -169,7 +162,7 @@ def advance(stepper: Stepper, start: StepState, y: Array) -> _Returned:
     """
     limits, s = stepper.limits, stepper.scratch
     t, h, origin, done = start.t, start.h, start.origin, start.done
-    steps, rejected, peak, depth, reason, fallen = 0, 0, 0.0, 0.0, AT_STOP, NO_GUARD
+    steps, rejected, reason, fallen = 0, 0, AT_STOP, NO_GUARD
     counts, room = s.samples.counts, s.samples.times.shape[0] // 2  # one step may fill the other half
     counts[KEPT] = 0
     status, gap = stepper.begin(start, y)
@@ -202,19 +195,18 @@ def advance(stepper: Stepper, start: StepState, y: Array) -> _Returned:
             reason = FAILED_FINITE
             break
         step = stepper.arrive(step, y)
-        peak, depth = max(peak, step.peak), max(depth, step.depth)
         if step.status != OK:
             reason = -step.status
         elif step.guard != NO_GUARD:
             reason, fallen = AT_GUARD, step.guard
     if reason == AT_STOP:
         origin, done = t, 0  # the last step was cut; the next ones are counted from here
-    return reason, fallen, (t, h, origin, done, start.taken + steps), steps, rejected, counts[KEPT], peak, depth
+    return reason, fallen, (t, h, origin, done, start.taken + steps), steps, rejected, counts[KEPT]
 
 
 @kernel("the march")
 def _march(system: Any, stepper: Stepper, start: StepState, y: Array) -> _Returned:
-    return advance(by_reference(stepper), start, y)
+    return advance(by_reference(stepper), start, by_reference(y))
 
 
 def march(stepper: Stepper, start: StepState, y: Array) -> MarchResult:

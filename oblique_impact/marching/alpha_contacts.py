@@ -1,192 +1,293 @@
-"""Several elastic contacts in a step of generalized-alpha.
+"""The contacts in a step of generalized-alpha.
 
 The forces of all closed contacts follow in every iteration from one system of equations, two for each: the law of
-its stop, and friction or, where it sticks, a slip velocity of zero.  The equations of one contact are in
-:mod:`~oblique_impact.marching.alpha_step`.
+its stop or, of a rigid one, a gap velocity of zero; and friction or, where it sticks, a slip velocity of zero.
+What one closed contact has is known in closed form.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from oblique_impact.contact.forces import (
+    NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
     OK,
     axial_force,
+    can_slide,
     drift_of,
+    end_push,
     friction_ratio,
+    shared_flexibility,
     stop_force,
     stop_tangent,
-)
-from oblique_impact.contact.several import (
-    instant_at,
-    phase_of,
-    push_at_end,
-    shared_flexibility,
     touch_contacts,
 )
-from oblique_impact.contact.state import (
-    A_NN,
-    A_NT,
-    A_TT,
-    COMPLIANCE,
-    FREE,
-    NORMAL_FORCE,
-    SLIDING,
-    SLIP_RATE,
-    STATE,
-    STICKING,
-    TANGENTIAL_FORCE,
-    ContactArrays,
-    Instant,
-    Phase,
-)
+from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, SLIDING, STICKING, Contacts
 from oblique_impact.kernels.dense import eliminate
-from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.workspace import FORCES, INCREMENT, RESIDUAL, Array, Workspace, dot
 from oblique_impact.marching.alpha_state import StepLength
 
 
-@jitable
-def touch_all(
-    arrays: ContactArrays,
-    system: Any,
-    phase: Phase,
-    t: float,
-    q: Array,
-    qd: Array,
-    w: Workspace,
-    e: Evaluation,
-) -> Instant:
-    """Kinematics of all contacts; returns the smallest distance in flight and the sum of the normal forces."""
-    least, fastest = touch_contacts(arrays, system, phase, t, q, qd, w)
-    normal = 0.0
-    for i in range(arrays.rows.shape[0]):
-        normal += arrays.instants[i, NORMAL_FORCE]
-    powers = e.damping_power, e.supplied_power
-    return Instant(least, 0.0, fastest, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, normal, 0.0, powers[0], powers[1])
-
-
-@jitable
-def add_forces(arrays: ContactArrays, phase: Phase, residual: Array) -> None:
+@inlined
+def add_forces(contacts: Contacts, residual: Array) -> None:
     """Add the contact forces, and those at the ends of beddings, to the residual."""
-    for i in range(arrays.rows.shape[0]):
-        if arrays.rows[i, STATE] != FREE:
-            normal, tangential = arrays.instants[i, NORMAL_FORCE], arrays.instants[i, TANGENTIAL_FORCE]
-            tangential += push_at_end(arrays, phase, i)
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        if c.state != FREE:
+            normal, tangential = c.normal_force, c.tangential_force + end_push(c)
+            normal_row, tangential_row = contacts.rows[DIRECTION, i, 0], contacts.rows[DIRECTION, i, 1]
             for k in range(residual.shape[0]):
-                residual[k] += normal * arrays.directions[i, 0, k] + tangential * arrays.directions[i, 1, k]
+                residual[k] += normal * normal_row[k] + tangential * tangential_row[k]
 
 
 @jitable
-def solve_coupled(
-    arrays: ContactArrays, system: Any, phase: Phase, rank_one: float, slot: int, step: StepLength, w: Workspace
-) -> int:
-    """Solve for the increment of an iteration with the forces of all closed contacts; returns the status."""
-    v, closed = w.vectors, 0
-    for i in range(arrays.rows.shape[0]):
-        if arrays.rows[i, STATE] == FREE:
+def largest_defect(contacts: Contacts, velocity: float) -> float:
+    """Return the largest residual (m/s) of the contact laws at the forces and the motion."""
+    largest = 0.0
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        if c.state == FREE:
             continue
-        copy(arrays.directions[i, 0], v.normal_row)
-        copy(arrays.directions[i, 1], v.tangential_row)
-        system.solve_effective(rank_one, w, slot, True)
-        copy(v.normal_response, arrays.responses[i, 0])
-        copy(v.tangential_response, arrays.responses[i, 1])
-        c = arrays.instants[i]
-        c[A_NN] = dot(v.normal_row, v.normal_response)
-        c[A_NT] = dot(v.normal_row, v.tangential_response)
-        c[A_TT] = dot(v.tangential_row, v.tangential_response)
-        arrays.unknowns[2 * closed, 0], arrays.unknowns[2 * closed + 1, 0] = i, i
-        closed += 1
+        normal, tangential = abs(c.gap_rate), abs(c.slip_rate)
+        if c.compliant:
+            normal = abs(stop_force(contacts.law, c, c.gap, c.gap_rate) - c.normal_force) * c.a_nn * velocity
+        if c.state != STICKING:
+            tangential = abs(friction_ratio(c) * c.normal_force - c.tangential_force) * c.a_tt * velocity
+        elif c.axial != 0.0:
+            tangential = 0.0  # its law is linear: it holds as soon as the motion is known
+        largest = max(largest, normal, tangential)
+    return largest
+
+
+class Linear(NamedTuple):
+    """The laws of a contact, linear in the changes of all forces: of its own and of the accelerations by all.
+
+    own_normal dN + by_gap D_n dq'' = normal,    own_tangential dT - ratio dN + by_slip D_tau dq'' = tangential
+    """
+
+    status: int
+    own_normal: float
+    by_gap: float
+    normal: float
+    own_tangential: float
+    ratio: float
+    by_slip: float
+    tangential: float
+
+
+@jitable
+def _linearize(contacts: Contacts, i: int, increment: Array, step: StepLength) -> Linear:
+    """Return the laws of a closed contact at the motion with the `increment` of q'' without changes of forces."""
+    c, velocity, h = contacts.each[i], step.velocity, step.h
+    normal_row, tangential_row = contacts.rows[DIRECTION, i, 0], contacts.rows[DIRECTION, i, 1]
+    by_gap, own_normal, normal = velocity, 0.0, -c.gap_rate
+    if c.compliant:
+        over_depth, over_rate = stop_tangent(contacts.law, c)
+        by_gap, own_normal = over_depth * step.position + over_rate * velocity, 1.0
+        normal = stop_force(contacts.law, c, c.gap, c.gap_rate) - c.normal_force
+    normal -= by_gap * dot(normal_row, increment)
+    ratio, own_tangential, by_slip, tangential, status = 0.0, 0.0, velocity, -c.slip_rate, OK
+    if c.state == SLIDING:
+        ratio, own_tangential = friction_ratio(c), 1.0
+        if (c.compliant and not can_slide(c)) or (not c.compliant and not c.a_nn + ratio * c.a_nt > 0.0):
+            status = NO_SLIDING_SOLUTION
+        inclined = 1.0 + c.tilt * ratio
+        by_slip = -c.slope * inclined * inclined * c.normal_force * velocity
+        tangential = ratio * c.normal_force - c.tangential_force
+    elif c.axial != 0.0:
+        own_tangential, by_slip, travel = 1.0, step.position / c.axial, c.slip
+        if c.held == 0.0:  # it rolls: its travel by the trapezoidal rule, whose start is in `travel`
+            by_slip, travel = 0.5 * h * velocity / c.axial, c.travel + 0.5 * h * c.slip_rate
+        tangential = axial_force(c, travel)
+        for j in range(len(contacts.each)):
+            tangential -= shared_flexibility(c, contacts.each[j]) / c.axial * contacts.each[j].tangential_force
+    tangential -= by_slip * dot(tangential_row, increment)
+    return Linear(status, own_normal, by_gap, normal, own_tangential, ratio, by_slip, tangential)
+
+
+@inlined
+def solve_contacts(contacts: Contacts, step: StepLength, w: Workspace) -> int:
+    """Solve for the changes of all forces; add them to the increment of q'', the residual and the forces.
+
+    The rows of the closed contacts are solved for.  Returns the status.
+    """
+    each, rows, closed, last = contacts.each, contacts.rows, 0, -1
+    residual, increment = w.vectors[RESIDUAL], w.vectors[INCREMENT]
+    for i in range(len(each)):
+        c = each[i]
+        if c.state != FREE:
+            normal, tangential = rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
+            c.a_nn = dot(normal, rows[RESPONSE, i, 0])
+            c.a_nt = dot(normal, rows[RESPONSE, i, 1])
+            c.a_tt = dot(tangential, rows[RESPONSE, i, 1])
+            closed, last = closed + 1, i
     if closed == 0:
-        system.solve_effective(rank_one, w, slot, False)
         return OK
-    for k in range(closed):
-        _take_equations(arrays, phase, k, closed, v.increment, step)
-    if not eliminate(arrays.matrix, 2 * closed):
-        return NO_STICKING_SOLUTION
-    for k in range(2 * closed):
-        i, which, more = int(arrays.unknowns[k, 0]), k % 2, arrays.matrix[k, 2 * closed]
-        arrays.instants[i, NORMAL_FORCE + which] += more
-        for j in range(v.increment.shape[0]):
-            v.increment[j] += more * arrays.responses[i, which, j]
-            v.residual[j] += more * arrays.directions[i, which, j]
+    if closed == 1:
+        status = _solve_one(contacts, last, increment, step)
+    else:
+        status = _solve_coupled(contacts.matrix, contacts, closed, increment, step)
+    if status != OK:
+        return status
+    for i in range(len(each)):
+        c = each[i]
+        if c.state != FREE:
+            dn, dt = c.normal_change, c.tangential_change
+            c.normal_force += dn
+            c.tangential_force += dt
+            normal, tangential = rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
+            to_normal, to_tangential = rows[RESPONSE, i, 0], rows[RESPONSE, i, 1]
+            for j in range(increment.shape[0]):
+                increment[j] += dn * to_normal[j] + dt * to_tangential[j]
+                residual[j] += dn * normal[j] + dt * tangential[j]
     return OK
 
 
 @jitable
-def _take_equations(
-    arrays: ContactArrays, phase: Phase, k: int, closed: int, increment: Array, step: StepLength
-) -> None:
-    """Put the two equations of the closed contact number k for the changes of all forces into the matrix."""
-    matrix, last, velocity = arrays.matrix, 2 * closed, step.velocity
-    i = int(arrays.unknowns[2 * k, 0])
-    p, c = phase_of(phase, arrays, i), instant_at(arrays, i)
-    over_depth, over_rate = stop_tangent(p.stop, p.residual, c.gap, c.gap_rate)
-    stiff, ratio, viscous = over_depth * step.position + over_rate * velocity, 0.0, velocity
-    if p.state == SLIDING:
-        ratio = friction_ratio(p, c.slip_rate)
-        viscous = -p.friction.slope * c.normal_force * velocity
-    axial = p.state == STICKING and p.stick.compliance != 0.0
-    if axial:
-        viscous = 0.5 * step.h * velocity / p.stick.compliance
-    for column in range(last):
-        j, which = int(arrays.unknowns[column, 0]), column % 2
-        matrix[2 * k, column] = stiff * dot(arrays.directions[i, 0], arrays.responses[j, which])
-        matrix[2 * k + 1, column] = viscous * dot(arrays.directions[i, 1], arrays.responses[j, which])
-        if axial and which == 1:
-            matrix[2 * k + 1, column] += _shared_part(arrays, i, j)
-    normal, tangential = dot(arrays.directions[i, 0], increment), dot(arrays.directions[i, 1], increment)
-    force = stop_force(p.stop, p.residual, c.gap, c.gap_rate)
-    matrix[2 * k, 2 * k] += 1.0
-    matrix[2 * k, last] = force - c.normal_force - stiff * normal
-    if p.state == SLIDING:
-        matrix[2 * k + 1, 2 * k] -= ratio
-        matrix[2 * k + 1, 2 * k + 1] += 1.0
-        matrix[2 * k + 1, last] = ratio * c.normal_force - c.tangential_force - viscous * tangential
-    elif axial:
-        # the travel at the end of the step by the trapezoidal rule; its start is in `travel`
-        held = axial_force(p.stick, arrays.travel[i] + 0.5 * step.h * c.slip_rate)
-        for j in range(arrays.rows.shape[0]):
-            held -= _shared_part(arrays, i, j) * arrays.instants[j, TANGENTIAL_FORCE]
-        matrix[2 * k + 1, last] = held - viscous * tangential
-    else:
-        matrix[2 * k + 1, last] = -c.slip_rate - velocity * tangential
+def _solve_one(contacts: Contacts, i: int, increment: Array, step: StepLength) -> int:
+    """Solve for the changes of the forces of the one closed contact; returns the status."""
+    c, law = contacts.each[i], _linearize(contacts, i, increment, step)
+    if law.status != OK:
+        return law.status
+    n1, n2 = law.own_normal + law.by_gap * c.a_nn, law.by_gap * c.a_nt
+    t1, t2 = law.by_slip * c.a_nt - law.ratio, law.own_tangential + law.by_slip * c.a_tt
+    determinant = n1 * t2 - n2 * t1
+    if determinant == 0.0:
+        return NO_STICKING_SOLUTION
+    c.normal_change = (law.normal * t2 - n2 * law.tangential) / determinant
+    c.tangential_change = (n1 * law.tangential - law.normal * t1) / determinant
+    return OK
 
 
 @jitable
-def _shared_part(arrays: ContactArrays, i: int, j: int) -> float:
-    """Axial flexibility between two contacts over that of the first."""
-    return float(shared_flexibility(arrays.rows[i], arrays.rows[j]) / arrays.rows[i, COMPLIANCE])
+def _solve_coupled(
+    matrix: Array | None, contacts: Contacts, closed: int, increment: Array, step: StepLength
+) -> int:
+    """Solve for the changes of the forces of several closed contacts; the compiler drops this of one."""
+    if matrix is None:
+        return OK
+    each, rows, last, k = contacts.each, contacts.rows, 2 * closed, 0
+    for i in range(len(each)):
+        c = each[i]
+        if c.state == FREE:
+            continue
+        law, column = _linearize(contacts, i, increment, step), 0
+        if law.status != OK:
+            return law.status
+        normal, tangential = rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
+        for j in range(len(each)):
+            if each[j].state == FREE:
+                continue
+            for side in range(2):
+                matrix[k, column + side] = law.by_gap * dot(normal, rows[RESPONSE, j, side])
+                matrix[k + 1, column + side] = law.by_slip * dot(tangential, rows[RESPONSE, j, side])
+            if j == i:
+                matrix[k, column] += law.own_normal
+                matrix[k + 1, column] -= law.ratio
+                matrix[k + 1, column + 1] += law.own_tangential
+            elif c.state == STICKING and c.axial != 0.0:
+                matrix[k + 1, column + 1] += shared_flexibility(c, each[j]) / c.axial
+            column += 2
+        matrix[k, last], matrix[k + 1, last] = law.normal, law.tangential
+        k += 2
+    if not eliminate(matrix, last):
+        return NO_STICKING_SOLUTION
+    k = 0
+    for i in range(len(each)):
+        if each[i].state != FREE:
+            each[i].normal_change, each[i].tangential_change = matrix[k, last], matrix[k + 1, last]
+            k += 2
+    return OK
 
 
 @jitable
-def project_sticking(arrays: ContactArrays, system: Any, phase: Phase, t: float, w: Workspace, y: Array) -> float:
-    """Move q, then q', so that contacts that stick keep their slip, along the responses of the step; work (J)."""
-    d, forces, done = w.vectors.forces.shape[0], w.vectors.forces, 0.0
-    sticking = 0
-    for i in range(arrays.rows.shape[0]):
-        if arrays.rows[i, STATE] == STICKING and arrays.rows[i, COMPLIANCE] == 0.0:
-            arrays.unknowns[sticking, 0] = i
-            sticking += 1
-    if sticking == 0:
+def project_constraints(system: Any, contacts: Contacts, t: float, w: Workspace, y: Array) -> float:
+    """Move q, then q', onto the constraints of contacts along the responses of the step; the work done (J).
+
+    Rigid contacts keep their gap, those that stick their slip, but for the axial flexibility behind it.  The
+    velocity is left exact to rounding, because a step cut short divides what is left by its length.
+    """
+    each, rows, d, forces, done, m, last = (
+        contacts.each,
+        contacts.rows,
+        w.vectors.shape[1],
+        w.vectors[FORCES],
+        0.0,
+        0,
+        0,
+    )
+    for i in range(len(each)):
+        c = each[i]
+        c.normal_unknown = -1
+        c.tangential_unknown = -1
+        c.normal_change = 0.0
+        c.tangential_change = 0.0
+        if c.state != FREE and not c.compliant:
+            c.normal_unknown = m
+            m += 1
+        if c.state == STICKING and c.axial == 0.0:
+            c.tangential_unknown = m
+            m += 1
+        if c.normal_unknown >= 0 or c.tangential_unknown >= 0:
+            last = i
+    if m == 0:
         return 0.0
     for level in range(2):
         if level == 1:
-            touch_contacts(arrays, system, phase, t, y[:d], y[d : 2 * d], w)
-        for k in range(sticking):
-            i = int(arrays.unknowns[k, 0])
-            for column in range(sticking):
-                other = int(arrays.unknowns[column, 0])
-                arrays.matrix[k, column] = dot(arrays.directions[i, 1], arrays.responses[other, 1])
-            drift = drift_of(phase_of(phase, arrays, i).stick, instant_at(arrays, i))
-            arrays.matrix[k, sticking] = -(drift if level == 0 else arrays.instants[i, SLIP_RATE])
-        if not eliminate(arrays.matrix, sticking):
+            touch_contacts(system, contacts, t, y[:d], y[d : 2 * d], w)
+        if not _take_corrections(contacts.matrix, contacts, last, level, m):
             return done
-        for k in range(sticking):
-            i = int(arrays.unknowns[k, 0])
+        for i in range(len(each)):
+            normal, tangential = each[i].normal_change, each[i].tangential_change
+            if normal == 0.0 and tangential == 0.0:
+                continue
             for j in range(d):
-                move = arrays.matrix[k, sticking] * arrays.responses[i, 1, j]
+                move = normal * rows[RESPONSE, i, 0, j] + tangential * rows[RESPONSE, i, 1, j]
                 y[level * d + j] += move
                 done += (1.0 - level) * forces[j] * move
     return done
+
+
+@jitable
+def _take_corrections(matrix: Array | None, contacts: Contacts, last: int, level: int, m: int) -> bool:
+    """Multiples of the responses that take gaps and slips, or at level 1 their rates, to zero; False if singular.
+
+    The compiler drops the equations of several contacts where there is one, `last`.
+    """
+    each, rows = contacts.each, contacts.rows
+    if matrix is None:
+        c = each[last]
+        gap, slip = (c.gap, drift_of(c)) if level == 0 else (c.gap_rate, c.slip_rate)
+        c.normal_change, c.tangential_change = 0.0, 0.0
+        if c.tangential_unknown < 0:
+            c.normal_change = -gap / c.a_nn
+        elif c.normal_unknown < 0:
+            c.tangential_change = -slip / c.a_tt
+        else:
+            determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
+            c.normal_change = (c.a_nt * slip - c.a_tt * gap) / determinant
+            c.tangential_change = (c.a_nt * gap - c.a_nn * slip) / determinant
+        return True
+    for i in range(len(each)):
+        c = each[i]
+        for side in range(2):
+            k = c.normal_unknown if side == 0 else c.tangential_unknown
+            if k < 0:
+                continue
+            for j in range(len(each)):
+                other = each[j]
+                if other.normal_unknown >= 0:
+                    matrix[k, other.normal_unknown] = dot(rows[DIRECTION, i, side], rows[RESPONSE, j, 0])
+                if other.tangential_unknown >= 0:
+                    matrix[k, other.tangential_unknown] = dot(rows[DIRECTION, i, side], rows[RESPONSE, j, 1])
+            gap, slip = (c.gap, drift_of(c)) if level == 0 else (c.gap_rate, c.slip_rate)
+            matrix[k, m] = -gap if side == 0 else -slip
+    if not eliminate(matrix, m):
+        return False
+    for i in range(len(each)):
+        c = each[i]
+        c.normal_change = matrix[c.normal_unknown, m] if c.normal_unknown >= 0 else 0.0
+        c.tangential_change = matrix[c.tangential_unknown, m] if c.tangential_unknown >= 0 else 0.0
+    return True

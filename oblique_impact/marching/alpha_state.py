@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import OK
-from oblique_impact.contact.several import contact_at, contact_count, solve_contacts
-from oblique_impact.contact.state import ContactArrays, Instant, Phase
+from oblique_impact.contact.forces import OK, accelerate, lambda_n
+from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace, copy
+from oblique_impact.kernels.workspace import ACCELERATION, EFFECTIVE_SLOTS, Array, Workspace, copy
 from oblique_impact.marching.buffers import Scratch
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
@@ -99,17 +98,16 @@ def algorithm_state_size(d: int, contacts: int, quadratures: int) -> int:
 
 
 @inlined
-def quadrature_count(arrays: ContactArrays | None) -> int:
-    """Return the number of quadratures: those of the run and, of several contacts, of each."""
-    if arrays is None:
-        return QUADRATURES
-    return QUADRATURES + OF_A_CONTACT * int(arrays.rows.shape[0])
+def quadrature_count(contacts: Contacts) -> int:
+    """Return the number of quadratures, those of the run and of each contact."""
+    return QUADRATURES + OF_A_CONTACT * len(contacts.each)
 
 
 @inlined
-def algorithm_state(arrays: ContactArrays | None, y: Array, d: int) -> AlgorithmState:
+def algorithm_state(contacts: Contacts, y: Array, d: int) -> AlgorithmState:
     """Return the parts of the state vector that the scheme keeps."""
-    forces, quadratures = 2 * contact_count(arrays), quadrature_count(arrays)
+    n, quadratures = len(contacts.each), quadrature_count(contacts)
+    forces = 2 * n
     a = 2 * d + quadratures
     b = a + d + forces
     e = b + 2 * d
@@ -121,18 +119,17 @@ def algorithm_state(arrays: ContactArrays | None, y: Array, d: int) -> Algorithm
         y[e : e + forces],
         y[e + forces : e + 2 * forces],
         y[e + 2 * forces : f],
-        y[f : f + MEMORY * contact_count(arrays)],
+        y[f : f + MEMORY * n],
     )
 
 
-@jitable
-def begin_travel(arrays: ContactArrays | None, y: Array, d: int, h: float) -> None:
-    """Take the travel of several contacts at the start of a step of length h, with half of the rate there."""
-    if arrays is not None:
-        take_travel(arrays, y, d)
-        rates = algorithm_state(arrays, y, d).rates
-        for i in range(arrays.travel.shape[0]):
-            arrays.travel[i] += 0.5 * h * rates[QUADRATURES + OF_A_CONTACT * i + TRAVEL]
+@inlined
+def begin_travel(contacts: Contacts, y: Array, d: int, h: float) -> None:
+    """Take the travel of the contacts at the start of a step of length h, with half of the rate there."""
+    take_travel(contacts, y, d)
+    rates = algorithm_state(contacts, y, d).rates
+    for i in range(len(contacts.each)):
+        contacts.each[i].travel += 0.5 * h * rates[QUADRATURES + OF_A_CONTACT * i + TRAVEL]
 
 
 class Iterations(NamedTuple):
@@ -154,7 +151,7 @@ class Attempt(NamedTuple):
     """A step of length h (s) from (t, y) into scratch.y_new, of which shorter ones can be tried."""
 
     system: Any
-    phase: Phase
+    contacts: Contacts
     c: Coefficients
     t: float
     h: float
@@ -164,34 +161,34 @@ class Attempt(NamedTuple):
 
 
 @jitable
-def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> tuple[int, Instant]:
-    """Consistent accelerations and contact forces at the start of a phase into what y keeps."""
-    d = w.vectors.forces.shape[0]
-    qd, kept = y[d : 2 * d], algorithm_state(phase.arrays, y, d)
-    take_travel(phase.arrays, y, d)
-    status, c = solve_contacts(phase.arrays, system, phase, t, y[:d], qd, w)
+def start_phase(system: Any, contacts: Contacts, t: float, y: Array, w: Workspace) -> int:
+    """Put accelerations and contact forces at the start of a phase into what y keeps; returns the status."""
+    d = w.vectors.shape[1]
+    qd, kept = y[d : 2 * d], algorithm_state(contacts, y, d)
+    take_travel(contacts, y, d)
+    status, damping, supplied = accelerate(system, contacts, t, y[:d], qd, w)
     if status != OK:
-        return status, c
-    acceleration = w.vectors.acceleration
+        return status
+    acceleration = w.vectors[ACCELERATION]
     copy(acceleration, kept.reported[:d])
     copy(acceleration, kept.acceleration)
     copy(acceleration, kept.algorithmic)
-    for i in range(contact_count(phase.arrays)):
-        at, k = contact_at(phase.arrays, c, i), 2 * i
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
         for j in range(2):
-            force = at.normal_force if j == 0 else at.tangential_force
-            kept.reported[d + k + j] = force
-            kept.forces[k + j] = force
-            kept.averaged[k + j] = force
+            force, k = lambda_n(c) if j == 0 else c.tangential_force, 2 * i + j
+            kept.reported[d + k] = force
+            kept.forces[k] = force
+            kept.averaged[k] = force
             kept.memory[MEMORY * i + MEAN_RATES + j] = UNKNOWN
-        keep_kinematics(kept, i, 0.0, at)
-    rates_into(phase.arrays, phase, c, qd, w, kept.rates)
+        keep_kinematics(kept, i, 0.0, c)
+    rates_into(contacts, damping, supplied, qd, kept.rates)
     kept.rates[DAMPING_LOSS] = 0.0
-    return OK, c
+    return OK
 
 
-@jitable
-def keep_kinematics(kept: AlgorithmState, i: int, lag: float, c: Instant) -> None:
+@inlined
+def keep_kinematics(kept: AlgorithmState, i: int, lag: float, c: Candidate) -> None:
     """Keep the kinematics of contact i at the end of a step, and the lag (s) of its reported forces."""
     memory = kept.memory[MEMORY * i : MEMORY * (i + 1)]
     memory[LAG], memory[SLIP_RATE] = lag, c.slip_rate

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.several import phase_of
 from oblique_impact.contact.state import (
     END,
     FREE,
@@ -16,7 +15,8 @@ from oblique_impact.contact.state import (
     NORMAL,
     SLIDING,
     UPPER,
-    Phase,
+    Candidate,
+    Contacts,
     Tolerances,
 )
 from oblique_impact.kernels.jit import inlined
@@ -28,19 +28,11 @@ SAMPLES_PER_CALL = 4096
 SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples: 32 MB
 
 
-class GuardTable(NamedTuple):
-    """Guards while a step is searched for the first that falls.
-
-    Rows of values and slopes are the start, the middle and the end of a part of a step; the last columns, one for
-    each of n contacts, are the normal forces.
-    """
-
-    values: Array  # (3, 6 n)
-    slopes: Array  # (3, 6 n)
-    armed: NDArray[np.bool_]  # (5 n,)
-    thresholds: Array  # (5 n,)
-    at: Array  # (6 n,) at one instant
-    largest: Array  # (2, n) normal force (N) and depth (m) so far
+# rows of a table of guards (9, 6 n), which a step is searched with for the first that falls: values and slopes at
+# the start, the middle and the end of a part of a step; values at one instant; what a guard must rise above to be
+# armed, and whether it is, 1 or 0.  The last n columns are the normal forces.
+VALUES, SLOPES, AT, THRESHOLD, ARMED = 0, 3, 6, 7, 8
+_GUARD_ROWS = 9
 
 
 NEXT, KEPT = 0, 1
@@ -70,63 +62,67 @@ class Scratch(NamedTuple):
     work: Workspace
     y_new: Array  # (ny,) end of a step
     at: Array  # (ny,) a place inside of it
-    guards: GuardTable
+    guards: Array  # (9, 6 n) see above
     samples: OutputSamples
     scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     tolerances: Tolerances
 
 
-def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances, contacts: int = 1) -> Scratch:
+def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances, contacts: int) -> Scratch:
     """Allocate buffers for state vectors of `ny` entries around the workspace of a system."""
     samples = max(16, min(SAMPLES_PER_CALL, SAMPLE_MEMORY // ny))
-    count, columns = GUARDS * contacts, (GUARDS + 1) * contacts
     return Scratch(
         work=work,
         y_new=np.zeros(ny),
         at=np.zeros(ny),
-        guards=GuardTable(
-            np.zeros((3, columns)),
-            np.zeros((3, columns)),
-            np.zeros(count, dtype=np.bool_),
-            np.zeros(count),
-            np.zeros(columns),
-            np.zeros((2, contacts)),
-        ),
+        guards=np.zeros((_GUARD_ROWS, (GUARDS + 1) * contacts)),
         samples=OutputSamples(np.zeros(samples), np.zeros((samples, ny)), np.zeros(2, dtype=np.int64)),
         scales=scales,
         tolerances=tolerances,
     )
 
 
-def arm(phase: Phase, scratch: Scratch, initial: Array) -> None:
+@inlined
+def guard_count(guards: Array) -> int:
+    """Return the number of guards in a table."""
+    return int(guards.shape[1] // (GUARDS + 1) * GUARDS)
+
+
+def arm(contacts: Contacts, scratch: Scratch, initial: Array) -> None:
     """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first.
 
     `initial` (5 n,) are the guards of n contacts at the start of the phase.
     """
-    guards, arrays = scratch.guards, phase.arrays
-    states = [phase] if arrays is None else [phase_of(phase, arrays, i) for i in range(len(arrays.rows))]
-    thresholds = np.concatenate([_thresholds(state, scratch.tolerances) for state in states])
-    guards.armed[:] = initial > thresholds
+    each = [contacts.of(i) for i in range(len(contacts.each))]
+    thresholds = np.concatenate([_thresholds(c, scratch.tolerances) for c in each])
+    scratch.guards[ARMED, : initial.size] = initial > thresholds
     # one that starts below zero, by rounding, has not fallen yet
-    guards.thresholds[:] = thresholds + np.maximum(-initial, 0.0)
+    scratch.guards[THRESHOLD, : initial.size] = thresholds + np.maximum(-initial, 0.0)
 
 
-def _thresholds(phase: Phase, tolerances: Tolerances) -> Array:
+def _thresholds(c: Candidate, tolerances: Tolerances) -> Array:
     """Return what the guards of a contact must rise above to be armed, (5,)."""
-    if phase.state == FREE:
+    if c.state == FREE:
         return np.full(GUARDS, tolerances.gap)
     found = np.full(GUARDS, tolerances.force)
     found[END] = tolerances.gap
-    if phase.stop.compliant:
+    if c.compliant:
         found[NORMAL] = tolerances.gap
-    if phase.state == SLIDING:
+    if c.state == SLIDING:
         found[LOWER] = found[UPPER] = tolerances.velocity
-    elif phase.stick.compliance != 0.0:  # the force of a spring is known as well as its length
-        found[LOWER] = found[UPPER] = tolerances.gap / phase.stick.compliance
+    elif c.axial != 0.0:  # the force of a spring is known as well as its length
+        found[LOWER] = found[UPPER] = tolerances.gap / c.axial
     return found
 
 
 @inlined
-def raised(value: float, guard: int, guards: GuardTable) -> float:
+def raised(value: float, guard: int, guards: Array) -> float:
     """Return a guard's value, raised by its threshold until it is armed."""
-    return value if guards.armed[guard] else value + guards.thresholds[guard]
+    return value if guards[ARMED, guard] != 0.0 else value + guards[THRESHOLD, guard]
+
+
+@inlined
+def arm_flight(guards: Array) -> None:
+    """Arm the gaps of contacts that are all in flight."""
+    for i in range(guards.shape[1] // (GUARDS + 1)):
+        guards[ARMED, GUARDS * i + NORMAL] = 1.0

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import DOP853
 
-from oblique_impact.contact.state import FREE, NO_CONTACT, Instant, Phase
+from oblique_impact.contact.forces import is_free, nearest
+from oblique_impact.contact.state import Contacts
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy
 from oblique_impact.marching.buffers import Scratch
@@ -49,7 +50,7 @@ class Stages(NamedTuple):
 @jitable
 def take_stages(
     system: Any,
-    phase: Phase,
+    contacts: Contacts,
     t: float,
     y: Array,
     h: float,
@@ -58,14 +59,14 @@ def take_stages(
     K: Array,
     w: Workspace,
     at: Array,
-) -> tuple[int, Instant, float]:
+) -> tuple[int, float]:
     """Evaluate the stages first..last of a step of length h from (t, y) into the rows of K.
 
     K[0] must hold the derivative at (t, y).  Stages 1 to 12 are the step: `at` then holds the new state and
-    K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status and the contact of
-    the last stage and, in free flight, the largest gap rate met (m/s).
+    K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status and, in free flight,
+    the largest gap rate met (m/s).
     """
-    speed, c = 0.0, NO_CONTACT
+    speed, free = 0.0, is_free(contacts)
     for i in range(first, last + 1):
         copy(y, at)
         for j in range(i):
@@ -73,12 +74,12 @@ def take_stages(
             if weight != 0.0:
                 for m in range(y.shape[0]):
                     at[m] += weight * K[j, m]
-        status, c = derivative(system, phase, t + _C[i] * h, at, w, K[i])
+        status = derivative(system, contacts, t + _C[i] * h, at, w, K[i])
         if status != 0:
-            return status, c, speed
-        if phase.state == FREE:
-            speed = max(speed, abs(c.gap_rate))
-    return 0, c, speed
+            return status, speed
+        if free:
+            speed = max(speed, nearest(contacts)[1])
+    return 0, speed
 
 
 @jitable

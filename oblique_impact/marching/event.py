@@ -11,13 +11,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import OK
-from oblique_impact.contact.state import FREE, NORMAL, Phase
+from oblique_impact.contact.forces import OK, is_free, nearest
+from oblique_impact.contact.state import Contacts
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, refused
-from oblique_impact.marching.buffers import NEXT, NO_GUARD, OutputSamples, Scratch, new_sample, raised
+from oblique_impact.marching.buffers import (
+    AT,
+    NEXT,
+    NO_GUARD,
+    THRESHOLD,
+    OutputSamples,
+    Scratch,
+    arm_flight,
+    new_sample,
+    raised,
+)
 from oblique_impact.marching.dop853 import (
     DENSE_STAGES,
     ORDER,
@@ -79,7 +89,15 @@ def _keep_samples(
 
 @jitable
 def _land(
-    system: Any, phase: Phase, t: float, y: Array, length: float, rate: float, guard: int, s: Scratch, K: Array
+    system: Any,
+    contacts: Contacts,
+    t: float,
+    y: Array,
+    length: float,
+    rate: float,
+    guard: int,
+    s: Scratch,
+    K: Array,
 ) -> tuple[int, bool, float]:
     """Repeat the step so that it ends on the event; status, whether it does, and length (s); state in s.y_new.
 
@@ -89,16 +107,16 @@ def _land(
     """
     last_value, last_length, close = 0.0, 0.0, False
     for trial in range(_CORRECTIONS + 1):
-        status, c, _ = take_stages(system, phase, t, y, length, 1, STAGES, K, s.work, s.y_new)
+        status, _ = take_stages(system, contacts, t, y, length, 1, STAGES, K, s.work, s.y_new)
         if status != 0:
             return status, False, length
-        if not take_guards(system, phase, t + length, s.y_new, K[STAGES], c, s, K[DENSE_STAGES - 2]):
+        if not take_guards(system, contacts, t + length, s.y_new, K[STAGES], s, K[DENSE_STAGES - 2]):
             return 0, True, length
-        value = raised(s.guards.at[guard], guard, s.guards)
+        value = raised(s.guards[AT, guard], guard, s.guards)
         if trial > 0 and length != last_length:
             rate = (value - last_value) / (length - last_length)
         correction = -value / rate if rate < 0.0 else np.inf
-        close = abs(value) <= s.guards.thresholds[guard] or abs(correction) <= 1e-15 * t
+        close = abs(value) <= s.guards[THRESHOLD, guard] or abs(correction) <= 1e-15 * t
         if abs(correction) <= 1e-15 * t or not abs(correction) < 0.1 * length or trial == _CORRECTIONS:
             break
         last_value, last_length = value, length
@@ -110,7 +128,7 @@ class EventStepper(NamedTuple):
     """Steps of the event scheme; a `Stepper`."""
 
     system: Any
-    phase: Phase
+    contacts: Contacts
     tolerance: float  # of a step
     limits: Limits
     scratch: Scratch
@@ -123,11 +141,12 @@ class EventStepper(NamedTuple):
         Else it is there, to the last bit as in one call.
         """
         K = self.stages.K
-        status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, K[1])
+        status = derivative(self.system, self.contacts, start.t, y, self.scratch.work, K[1])
+        gap, speed = nearest(self.contacts)
         if start.done == 0:
             copy(K[1], K[0])
-            begin_flight(self.tables, abs(c.gap_rate))
-        return status, self.phase.surface.side * c.gap
+            begin_flight(self.tables, speed)
+        return status, gap
 
     def length(self, gap: float, h: float) -> float:
         """Length that the error of the last step asks for; its samples fit into half of their buffer."""
@@ -139,36 +158,30 @@ class EventStepper(NamedTuple):
         step = _exponential_step(self, self.tables, now, y)
         if step.accepted:
             return step
-        system, phase, s, stages, interval = (
-            self.system,
-            self.phase,
-            self.scratch,
-            self.stages,
-            self.limits.interval,
-        )
+        system, contacts, s, stages = self.system, self.contacts, self.scratch, self.stages
+        interval, free = self.limits.interval, is_free(contacts)
         t, sample = now.t, s.samples.counts[NEXT] * interval
         cut = end >= self.limits.t_stop
-        if begins_at_samples(self.tables, phase) and t < sample * (1.0 - 1e-14) and sample < t + length:
+        if begins_at_samples(self.tables, free) and t < sample * (1.0 - 1e-14) and sample < t + length:
             length, end, cut = sample - t, sample, True
-        status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, stages.K, s.work, s.y_new)
+        status, speed = take_stages(system, contacts, t, y, length, 1, STAGES, stages.K, s.work, s.y_new)
         error = error_norm(length, y, stages, s, self.tolerance) if status == 0 else np.inf
         if not error <= 1.0:
             return refused(status, min(_step_factor(error), 1.0) * length)
-        gap, guard, peak, depth, due = phase.surface.side * c.gap, NO_GUARD, 0.0, 0.0, sample < t + length
-        located = True
-        # the contact point cannot have reached the slope within the step
-        clear = phase.state == FREE and (not phase.surface.enabled or min(now.gap, gap) > 2.0 * length * speed)
+        (gap, _), guard, due, located = nearest(contacts), NO_GUARD, sample < t + length, True
+        # no candidate can have reached its obstacle within the step
+        clear = free and min(now.gap, gap) > 2.0 * length * speed
         if due or not clear:
-            status, _, _ = take_stages(
-                system, phase, t, y, length, STAGES + 1, DENSE_STAGES - 1, stages.K, s.work, s.at
+            status, _ = take_stages(
+                system, contacts, t, y, length, STAGES + 1, DENSE_STAGES - 1, stages.K, s.work, s.at
             )
             interpolant(y, s.y_new, length, stages)
         if clear:
-            s.guards.armed[NORMAL] = True
+            arm_flight(s.guards)
         elif status == 0:
-            guard, place, rate, peak, depth = first_fall(DenseStep(system, phase, t, length, y, s, stages))
+            guard, place, rate = first_fall(DenseStep(system, contacts, t, length, y, s, stages))
             if guard >= 0:
-                status, located, landed = _land(system, phase, t, y, place * length, rate, guard, s, stages.K)
+                status, located, landed = _land(system, contacts, t, y, place * length, rate, guard, s, stages.K)
                 end = t + landed
         if status != 0 or guard == UNDEFINED or not located:
             # a contact problem without a solution further on in this step, or an event that is not found: approach
@@ -177,7 +190,7 @@ class EventStepper(NamedTuple):
             _keep_samples(t, end, length, y, stages.F, interval, s.samples)
         copy(stages.K[STAGES], stages.K[0])
         follow_step(self.tables, speed, cut)
-        return Step(OK, True, end, _step_factor(error) * length, guard, gap, peak, depth)
+        return Step(OK, True, end, _step_factor(error) * length, guard, gap)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Return the step: its guard is found and its samples are kept."""
@@ -211,9 +224,7 @@ class EventScheme(Scheme):
         fast = modes is not None and np.max(np.abs(modes.eigenvalues)) * end_time >= WORTHWHILE
         return EventBuffers(Stages.new(ny), new_exponential(modes, interval) if modes and fast else None)
 
-    def stepper(  # noqa: D102
-        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
-    ) -> EventStepper:
+    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> EventStepper:  # noqa: D102
         own, tolerance = prepared.own, _SHARE_OF_A_STEP * self.tolerance
         system, scratch = prepared.system, prepared.scratch
-        return EventStepper(system, phase, tolerance, limits, scratch, own.stages, own.exponential)
+        return EventStepper(system, prepared.contacts, tolerance, limits, scratch, own.stages, own.exponential)

@@ -23,14 +23,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import Legendre
 
-from oblique_impact.contact.forces import OK
-from oblique_impact.contact.state import FREE, NORMAL, Phase
+from oblique_impact.contact.forces import OK, is_free, nearest
 from oblique_impact.kernels.dense import multiply
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Position, Step, refused
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, OutputSamples, Scratch, new_sample
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, OutputSamples, Scratch, arm_flight, new_sample
 from oblique_impact.marching.equations import QUADRATURES, derivative
 
 #: of a step: with 16 it may be some twenty periods of the fastest mode long, and the tables stay small
@@ -168,7 +167,7 @@ def _store_force(tables: Exponential, point: int, z: Array, dy: Array) -> None:
         for i in range(d):
             total += tables.projection[k, i] * dy[d + i]
         force[0, k, point] = total
-    for i in range(QUADRATURES):
+    for i in range(rates.shape[1]):
         rates[point, i] = dy[2 * d + i]
 
 
@@ -228,11 +227,13 @@ def _write(tables: Exponential, level: int, row: int, y: Array, target: Array) -
     _at(tables, level, row, 0, tables.ends)
     multiply(tables.shapes, tables.ends[0], target[:d])
     multiply(tables.shapes, tables.ends[1], target[d : 2 * d])
-    for i in range(QUADRATURES):
+    for i in range(rates.shape[1]):
         total = y[2 * d + i]
         for j in range(rates.shape[0]):
             total += areas[level, row, j] * rates[j, i]
         target[2 * d + i] = total
+    for i in range(2 * d + rates.shape[1], y.shape[0]):  # what contacts have gained does not change in flight
+        target[i] = y[i]
 
 
 @jitable
@@ -257,12 +258,12 @@ def _step(flight: Any, tables: Exponential, t: float, y: Array, level: int) -> t
             _at(tables, level, j - 1, 1, tables.ends)
             multiply(tables.shapes, tables.ends[0], s.at[:d])
             multiply(tables.shapes, tables.ends[1], s.at[d : 2 * d])
-            status, c = derivative(
-                flight.system, flight.phase, t + tables.nodes[j] * h, s.at, s.work, flight.stages.K[1]
+            status = derivative(
+                flight.system, flight.contacts, t + tables.nodes[j] * h, s.at, s.work, flight.stages.K[1]
             )
             if status != 0:
                 return np.inf, speed
-            speed = max(speed, abs(c.gap_rate))
+            speed = max(speed, nearest(flight.contacts)[1])
             _store_force(tables, j, tables.ends, flight.stages.K[1])
         last, change = change, _change(tables, level, y, s.scales, tolerance)
         # sweeps contract at a rate that two of them show, or those of the step before did (Hairer and Wanner,
@@ -278,11 +279,11 @@ def _step(flight: Any, tables: Exponential, t: float, y: Array, level: int) -> t
 
 
 @jitable
-def begins_at_samples(tables: Exponential | None, phase: Phase) -> bool:
+def begins_at_samples(tables: Exponential | None, free: bool) -> bool:
     """Whether steps are cut at samples, because exponential steps begin there."""
     if tables is None:
         return False
-    return bool(phase.state == FREE)
+    return free
 
 
 @jitable
@@ -310,9 +311,15 @@ def take_exponential_step(flight: Any, tables: Exponential, now: Position, y: Ar
     `flight` is the stepper of the event scheme, which imports this module.  The derivative at the start and then
     at the end is in K[0].  The step is refused if none is worth its time now.
     """
-    phase, limits, s, t, interval = flight.phase, flight.limits, flight.scratch, now.t, flight.limits.interval
+    contacts, limits, s, t, interval = (
+        flight.contacts,
+        flight.limits,
+        flight.scratch,
+        now.t,
+        flight.limits.interval,
+    )
     memory, levels, next_sample = tables.memory, tables.lengths.shape[0], s.samples.counts[NEXT]
-    if phase.state != FREE:
+    if not is_free(contacts):
         return refused(OK, 0.0)
     if memory[PATIENCE] > 0:
         memory[PATIENCE] -= 1
@@ -324,22 +331,22 @@ def take_exponential_step(flight: Any, tables: Exponential, now: Position, y: Ar
         h = tables.lengths[level]
         inside = int(h / interval * (1.0 + _SAME)) - 1  # samples
         fits = here if inside >= 0 else t + h <= following + _SAME * interval
-        near = phase.surface.enabled and now.gap <= _CLEAR * h * memory[SPEED]
+        near = now.gap <= _CLEAR * h * memory[SPEED]
         fits = fits and s.samples.counts[KEPT] + inside + 2 < s.samples.times.shape[0]
         if fits and not near and t + h <= limits.t_stop:
             error, speed = _step(flight, tables, t, y, level)
             if error <= 1.0:
                 end = t + h if inside < 0 else (next_sample + inside + 1) * interval
                 end = following if abs(end - following) <= _SAME * interval else end
-                status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.stages.K[1])
-                gap = phase.surface.side * c.gap
-                if status == 0 and (not phase.surface.enabled or min(now.gap, gap) > _CLEAR * h * speed):
+                status = derivative(flight.system, contacts, end, s.y_new, s.work, flight.stages.K[1])
+                gap, _ = nearest(contacts)
+                if status == 0 and min(now.gap, gap) > _CLEAR * h * speed:
                     _keep_samples(tables, t, interval, y, level, here, inside, s.samples)
                     copy(flight.stages.K[1], flight.stages.K[0])
-                    s.guards.armed[NORMAL] = True
+                    arm_flight(s.guards)
                     longer = error < _EASY and level + 1 < levels
                     memory[LEVEL], memory[SPEED] = level + 1 if longer else level, speed
-                    return Step(OK, True, end, now.h, NO_GUARD, gap, 0.0, 0.0)
+                    return Step(OK, True, end, now.h, NO_GUARD, gap)
         level -= 1
     memory[LEVEL], memory[PATIENCE] = levels - 1, _PATIENCE - 1
     return refused(OK, 0.0)

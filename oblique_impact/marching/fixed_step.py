@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import OK, can_stick, slip_velocity
-from oblique_impact.contact.several import coupled_instant, instant_at, phase_of, take_yielding
+from oblique_impact.contact.forces import OK, can_stick, couple, lambda_n, nearest, slip_velocity, take_stretching
 from oblique_impact.contact.state import (
     END,
     FREE,
@@ -24,12 +23,12 @@ from oblique_impact.contact.state import (
     SLIDING,
     SWITCHED,
     UPPER,
-    ContactArrays,
-    Instant,
-    Phase,
+    Candidate,
+    Contacts,
 )
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
@@ -39,70 +38,55 @@ from oblique_impact.marching.scheme import Prepared, Scheme
 
 
 @jitable
-def _fallen(phase: Phase, c: Instant, yielding: float, stopping_time: float, rounding: float) -> int:
-    """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign.
-
-    For `yielding` (m/s) see `guards_of`.
-    """
-    if phase.state == FREE:
-        return (
-            NORMAL
-            if phase.surface.enabled and phase.surface.side * c.gap < 0.0 and phase.surface.side * c.gap_rate < 0.0
-            else NO_GUARD
-        )
-    if c.normal_force <= 0.0:
+def _fallen(law: Law | None, c: Candidate, stopping_time: float, rounding: float) -> int:
+    """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign."""
+    if c.state == FREE:
+        return NORMAL if c.enabled and c.side * c.gap < 0.0 and c.side * c.gap_rate < 0.0 else NO_GUARD
+    if lambda_n(c) <= 0.0:
         return NORMAL
-    if c.slip < phase.surface.first or c.slip > phase.surface.last:
+    if c.slip < c.first or c.slip > c.last:
         return END
-    if phase.stick.compliance != 0.0:
-        return _axially_fallen(phase, c, yielding)
-    sticks = phase.stick.static >= 0.0 and can_stick(phase, c, stopping_time)
-    if phase.state != SLIDING:
+    if c.axial != 0.0:
+        return _axially_fallen(c)
+    sticks = c.static >= 0.0 and can_stick(law, c, stopping_time)
+    if c.state != SLIDING:
         return NO_GUARD if sticks else SWITCHED
     if sticks:
         return SWITCHED
-    if c.slip_rate < phase.friction.lower - rounding:
+    if c.slip_rate < c.lower - rounding:
         return LOWER
-    if c.slip_rate > phase.friction.upper + rounding:
+    if c.slip_rate > c.upper + rounding:
         return UPPER
     return NO_GUARD
 
 
 @jitable
-def _axially_fallen(phase: Phase, c: Instant, yielding: float) -> int:
+def _axially_fallen(c: Candidate) -> int:
     """Guard that fell of a closed contact with axial flexibility: its slip has turned, or it has left the cone."""
-    if phase.state == SLIDING:
-        direction = 1.0 if phase.friction.lower >= 0.0 else -1.0
-        return SWITCHED if direction * (slip_velocity(phase, c) + yielding) < 0.0 else NO_GUARD
-    if abs(c.tangential_force) <= phase.stick.static * c.normal_force:
+    if c.state == SLIDING:
+        direction = 1.0 if c.lower >= 0.0 else -1.0
+        return SWITCHED if direction * (slip_velocity(c) + c.stretching) < 0.0 else NO_GUARD
+    if abs(c.tangential_force) <= c.static * c.normal_force:
         return NO_GUARD
     return LOWER if c.tangential_force > 0.0 else UPPER
 
 
 @jitable
-def _fallen_of(
-    arrays: ContactArrays | None, phase: Phase, c: Instant, stopping_time: float, rounding: float, s: Scratch
-) -> int:
-    """Guard that fell, of several contacts the first of them; a switch of contact i has the number 5 n + i."""
-    if arrays is None:
-        return _fallen(phase, c, 0.0, stopping_time, rounding)
-    return _first_fallen(arrays, phase, stopping_time, rounding, s)
+def _first_fallen(contacts: Contacts, stopping_time: float, rounding: float) -> int:
+    """Return the guard of the first contact of which one fell; keeps the largest force and depth of each.
 
-
-@jitable
-def _first_fallen(arrays: ContactArrays, phase: Phase, stopping_time: float, rounding: float, s: Scratch) -> int:
-    """Return the guard of the first contact of which one fell; keeps the largest force and depth of each."""
-    count, largest, first = arrays.rows.shape[0], s.guards.largest, NO_GUARD
-    take_yielding(arrays, phase)
-    for i in range(count):
-        p, at = phase_of(phase, arrays, i), instant_at(arrays, i)
-        if p.state != FREE:
-            at = coupled_instant(arrays, i)
-            largest[0, i] = max(largest[0, i], at.normal_force)
-            largest[1, i] = max(largest[1, i], -at.gap)
-        guard = _fallen(p, at, arrays.yielding[i], stopping_time, rounding)
+    A switch of contact i has the number 5 n + i.
+    """
+    n, first = len(contacts.each), NO_GUARD
+    take_stretching(contacts.matrix, contacts)
+    for i in range(n):
+        c = contacts.each[i]
+        if c.state != FREE:
+            couple(contacts, i)
+            c.peak_force, c.peak_depth = max(c.peak_force, lambda_n(c)), max(c.peak_depth, -c.gap)
+        guard = _fallen(contacts.law, c, stopping_time, rounding)
         if guard != NO_GUARD and first == NO_GUARD:
-            first = GUARDS * count + i if guard == SWITCHED else GUARDS * i + guard
+            first = GUARDS * n + i if guard == SWITCHED else GUARDS * i + guard
     return first
 
 
@@ -110,7 +94,7 @@ class FixedStepper(NamedTuple):
     """Steps of RK4; a `Stepper`."""
 
     system: Any
-    phase: Phase
+    contacts: Contacts
     h: float  # s
     stopping_time: float  # s, see `can_stick`
     limits: Limits
@@ -119,8 +103,8 @@ class FixedStepper(NamedTuple):
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Evaluate the derivative at the start."""
-        status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, self.K[0])
-        return status, c.gap
+        status = derivative(self.system, self.contacts, start.t, y, self.scratch.work, self.K[0])
+        return status, nearest(self.contacts)[0]
 
     def length(self, gap: float, h: float) -> float:
         """Length of the phase's steps."""
@@ -134,23 +118,22 @@ class FixedStepper(NamedTuple):
             part = h if i == 2 else 0.5 * h
             for m in range(y.shape[0]):
                 at[m] = y[m] + part * K[i, m]
-            status, _ = derivative(self.system, self.phase, now.t + part, at, s.work, K[i + 1])
+            status = derivative(self.system, self.contacts, now.t + part, at, s.work, K[i + 1])
             if status != OK:
                 return refused(status, 0.0)
         for m in range(y.shape[0]):
             y_new[m] = y[m] + h / 6.0 * (K[0, m] + 2.0 * (K[1, m] + K[2, m]) + K[3, m])
-        return Step(OK, True, end, length, NO_GUARD, 0.0, 0.0, 0.0)
+        return Step(OK, True, end, length, NO_GUARD, 0.0)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Decide at the end of a step whether the contact state changes."""
-        s, t = self.scratch, step.end
-        status, c = derivative(self.system, self.phase, t, y, s.work, self.K[0])
-        guard, phase = NO_GUARD, self.phase
+        s, t, guard = self.scratch, step.end, NO_GUARD
+        status = derivative(self.system, self.contacts, t, y, s.work, self.K[0])
         if status == OK:
-            guard = _fallen_of(phase.arrays, phase, c, self.stopping_time, s.tolerances.velocity, s)
+            guard = _first_fallen(self.contacts, self.stopping_time, s.tolerances.velocity)
         if status == OK and guard == NO_GUARD:
             keep_sample(t, y, self.limits, s.samples)
-        return Step(status, True, t, step.proposed, guard, c.gap, c.normal_force, -c.gap)
+        return Step(status, True, t, step.proposed, guard, nearest(self.contacts)[0])
 
 
 @dataclass(frozen=True)
@@ -185,9 +168,8 @@ class FixedStepScheme(Scheme):
     ) -> Array:
         return np.zeros((4, ny))  # derivatives at the stages
 
-    def stepper(  # noqa: D102
-        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
-    ) -> FixedStepper:
-        h = self.free_step if phase.state == FREE else self.contact_step
-        stopping_time = self.stick_criterion.stopping_time
-        return FixedStepper(prepared.system, phase, h, stopping_time, limits, prepared.scratch, prepared.own)
+    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> FixedStepper:  # noqa: D102
+        contacts = prepared.contacts
+        free = all(contacts.of(i).state == FREE for i in range(len(contacts.each)))
+        h, stopping_time = self.free_step if free else self.contact_step, self.stick_criterion.stopping_time
+        return FixedStepper(prepared.system, contacts, h, stopping_time, limits, prepared.scratch, prepared.own)

@@ -15,30 +15,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import OK, friction_ratio, guards_of, stop_force, with_forces
-from oblique_impact.contact.several import (
-    contact_at,
-    contact_count,
-    contact_phase,
-    instant_at,
-    keep_forces,
-    phase_of,
-    take_yielding,
-    yielding_at,
+from oblique_impact.contact.forces import (
+    OK,
+    friction_ratio,
+    guards_of,
+    is_free,
+    lambda_n,
+    nearest,
+    stop_force,
+    take_stretching,
 )
 from oblique_impact.contact.state import (
     FREE,
     GUARDS,
     LOWER,
     NORMAL,
-    STATE,
     STICKING,
     UPPER,
-    ContactArrays,
-    Instant,
-    Phase,
+    Candidate,
+    Contacts,
 )
-from oblique_impact.kernels.jit import by_reference, inlined, jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
@@ -59,7 +56,16 @@ from oblique_impact.marching.alpha_state import (
     start_phase,
 )
 from oblique_impact.marching.alpha_step import CONTACT_STEP, CUT_STEP, FLIGHT_STEP, StepSolution, take_step
-from oblique_impact.marching.buffers import NO_GUARD, Scratch, raised
+from oblique_impact.marching.buffers import (
+    ARMED,
+    NO_GUARD,
+    SLOPES,
+    THRESHOLD,
+    VALUES,
+    Scratch,
+    guard_count,
+    raised,
+)
 from oblique_impact.marching.location import cubic_dip, find_fall
 from oblique_impact.marching.scheme import Prepared, Scheme
 
@@ -83,25 +89,25 @@ class Cut(NamedTuple):
     h: float
 
 
-@jitable
-def _of_force(phase: Phase, guard: int) -> bool:
+@inlined
+def _of_force(contacts: Contacts, guard: int) -> bool:
     """Whether a guard is a function of the force of a constraint, not of the motion."""
-    own = contact_phase(phase.arrays, phase, guard // GUARDS)
+    c = contacts.each[guard // GUARDS]
     if guard % GUARDS == NORMAL:
-        return own.state != FREE and not own.stop.compliant
-    return own.state == STICKING and own.stick.compliance == 0.0 and guard % GUARDS in (LOWER, UPPER)
+        return c.state != FREE and not c.compliant
+    return c.state == STICKING and c.axial == 0.0 and guard % GUARDS in (LOWER, UPPER)
 
 
-@jitable
-def _measure(phase: Phase, c: Instant, yielding: float, s: Scratch, row: int, i: int) -> None:
-    """Guards of contact i in the state `phase`, and the rate of that in flight, into a row of the scratch."""
-    guards = guards_of(phase, c, yielding)
+@inlined
+def _measure(c: Candidate, s: Scratch, row: int, i: int) -> None:
+    """Guards of contact i, and the rate of that in flight, into a row of the scratch."""
+    guards = guards_of(c)
     for g in range(GUARDS):
-        s.guards.values[row, GUARDS * i + g] = guards[g]
-    s.guards.slopes[row, GUARDS * i + NORMAL] = phase.surface.side * c.gap_rate
+        s.guards[VALUES + row, GUARDS * i + g] = guards[g]
+    s.guards[SLOPES + row, GUARDS * i + NORMAL] = c.side * c.gap_rate
 
 
-@jitable
+@inlined
 def _extrapolated(
     mean: float, last: float, span: float, lag: float, before: Array, after: Array, which: int
 ) -> float:
@@ -117,58 +123,58 @@ def _extrapolated(
 
 
 @jitable
-def _report(a: Attempt, h: float, solution: StepSolution) -> StepSolution:
-    """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
-    arrays, end = a.phase.arrays, solution.end
-    take_yielding(arrays, a.phase)
-    for i in range(contact_count(arrays)):
-        phase = by_reference(contact_phase(arrays, a.phase, i))
-        reported = _report_contact(a, phase, i, h, contact_at(arrays, solution.end, i))
-        end = keep_forces(arrays, end, i, reported.normal_force, reported.tangential_force)
-    return StepSolution(solution.status, end, solution.rank_one)
+def _report(a: Attempt, h: float) -> None:
+    """Keep the forces at the end of a step of length h and those to report, measure the guards."""
+    take_stretching(a.contacts.matrix, a.contacts)
+    for i in range(len(a.contacts.each)):
+        _report_contact(a, a.contacts.each[i], i, h)
 
 
 @inlined
-def _report_contact(a: Attempt, phase: Phase, i: int, h: float, end: Instant) -> Instant:
-    """Keep the forces of contact i, measure its guards, return it with the forces to report."""
-    arrays, s, lag, k = a.phase.arrays, a.scratch, a.c.alpha_f * h, 2 * i
-    d = s.work.vectors.forces.shape[0]
-    before, after = algorithm_state(arrays, a.y, d), algorithm_state(arrays, s.y_new, d)
-    after.forces[k], after.forces[k + 1] = end.normal_force, end.tangential_force
-    if phase.state == FREE:
-        _measure(phase, end, 0.0, s, _END, i)
-        return end
-    mean_n = end.normal_force + a.c.alpha_f * (before.forces[k] - end.normal_force)
-    mean_t = end.tangential_force + a.c.alpha_f * (before.forces[k + 1] - end.tangential_force)
+def _report_contact(a: Attempt, c: Candidate, i: int, h: float) -> None:
+    """Keep the forces of contact i and those to report, measure its guards, which see extrapolated forces."""
+    s, lag, k, d = a.scratch, a.c.alpha_f * h, 2 * i, a.scratch.work.vectors.shape[1]
+    before, after = algorithm_state(a.contacts, a.y, d), algorithm_state(a.contacts, s.y_new, d)
+    normal_end, tangential_end = lambda_n(c), c.tangential_force
+    after.forces[k], after.forces[k + 1] = normal_end, tangential_end
+    after.reported[d + k], after.reported[d + k + 1] = normal_end, tangential_end
+    if c.state == FREE:
+        _measure(c, s, _END, i)
+        return
+    mean_n = normal_end + a.c.alpha_f * (before.forces[k] - normal_end)
+    mean_t = tangential_end + a.c.alpha_f * (before.forces[k + 1] - tangential_end)
     known, found = before.memory[MEMORY * i : MEMORY * (i + 1)], after.memory[MEMORY * i : MEMORY * (i + 1)]
     span, last = h - lag + known[LAG], before.reported[d + k : d + k + 2]
-    normal = _extrapolated(mean_n, float(last[0]), span, lag, known, found, 0)
-    tangential = _extrapolated(mean_t, float(last[1]), span, lag, known, found, 1)
-    push, held = normal, phase.state == STICKING and phase.stick.compliance == 0.0
-    if phase.stop.compliant:
-        push = stop_force(phase.stop, phase.residual, end.gap, end.gap_rate)  # its law to the last digit
-        mean_t = end.tangential_force if not held else mean_t
-        mean_n = push + phase.residual.tilt * mean_t
-    if phase.state != STICKING:
-        tangential = friction_ratio(phase, end.slip_rate) * push
+    normal = _extrapolated(mean_n, last[0], span, lag, known, found, 0)
+    tangential = _extrapolated(mean_t, last[1], span, lag, known, found, 1)
+    push, held = normal, c.state == STICKING and c.axial == 0.0
+    if c.compliant:
+        push = stop_force(a.contacts.law, c, c.gap, c.gap_rate)  # its law to the last digit
+        mean_t = tangential_end if not held else mean_t
+        mean_n = push + c.tilt * mean_t
+    if c.state != STICKING:
+        tangential = friction_ratio(c) * push
     elif not held:
-        tangential = end.tangential_force
-    if phase.stop.compliant:
-        normal = push + phase.residual.tilt * tangential
-    _measure(phase, with_forces(end, normal, tangential, 0.0), yielding_at(arrays, i), s, _END, i)
-    return with_forces(end, mean_n, mean_t, end.supplied_power)
+        tangential = tangential_end
+    own = c.normal_force
+    c.normal_force, c.tangential_force = push, tangential
+    _measure(c, s, _END, i)
+    c.normal_force, c.tangential_force = own, tangential_end
+    after.reported[d + k], after.reported[d + k + 1] = mean_n, mean_t
 
 
 @jitable
 def _raised(s: Scratch, row: int, guard: int) -> float:
-    return raised(s.guards.values[row, guard], guard, s.guards)
+    return raised(s.guards[VALUES + row, guard], guard, s.guards)
 
 
 @jitable
 def _retake(a: Attempt, h: float) -> StepSolution:
     """Repeat a step with another length, guards included."""
     solution = take_step(a, h, CUT_STEP)
-    return _report(a, h, solution) if solution.status == OK else solution
+    if solution.status == OK:
+        _report(a, h)
+    return solution
 
 
 class _Shorter(NamedTuple):
@@ -181,13 +187,13 @@ class _Shorter(NamedTuple):
         return _raised(a.scratch, _END, guard) if _retake(a, x * a.h).status == 0 else -1.0
 
 
-@jitable
-def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
+@inlined
+def _first_force(contacts: Contacts, s: Scratch) -> tuple[int, float]:
     """First guard of a constraint's force that falls in a whole step, and the part of the step where; or 1."""
     first, part = NO_GUARD, 1.0
-    for guard in range(s.guards.armed.shape[0]):
+    for guard in range(guard_count(s.guards)):
         fa, fb = _raised(s, _START, guard), _raised(s, _END, guard)
-        if fb <= 0.0 and _of_force(phase, guard):
+        if fb <= 0.0 and _of_force(contacts, guard):
             place = fa / (fa - fb) if fa > 0.0 else 0.0
             if first == NO_GUARD or place < part:
                 first, part = guard, place
@@ -195,15 +201,14 @@ def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
 
 
 @jitable
-def _first_dip(phase: Phase, s: Scratch, h: float) -> tuple[int, float]:
+def _first_dip(contacts: Contacts, s: Scratch, h: float) -> tuple[int, float]:
     """Guard of the contact in flight whose gap first dips below zero inside of a step, and where; or NO_GUARD."""
     first, part, g = NO_GUARD, 1.0, s.guards
-    for i in range(contact_count(phase.arrays)):
+    for i in range(len(contacts.each)):
         guard = GUARDS * i + NORMAL
-        own = contact_phase(phase.arrays, phase, i)
-        if own.state == FREE and g.armed[guard] and g.values[_END, guard] > 0.0:
-            ga, gb = g.values[_START, guard], g.values[_END, guard]
-            least, place = cubic_dip(ga, gb, h * g.slopes[_START, guard], h * g.slopes[_END, guard])
+        if contacts.each[i].state == FREE and g[ARMED, guard] != 0.0 and g[VALUES + _END, guard] > 0.0:
+            ga, gb = g[VALUES + _START, guard], g[VALUES + _END, guard]
+            least, place = cubic_dip(ga, gb, h * g[SLOPES + _START, guard], h * g[SLOPES + _END, guard])
             if place >= 0.0 and least < 0.0 and (first == NO_GUARD or place < part):
                 first, part = guard, place
     return first, part
@@ -215,26 +220,25 @@ def _cut(a: Attempt, solution: StepSolution) -> Cut:
 
     Guards of the motion are located by steps of other lengths; those of a force fall on the line through the step.
     """
-    phase, s, h = a.phase, a.scratch, a.h
+    contacts, s, h = a.contacts, a.scratch, a.h
     close = _LOCATED * s.tolerances.time
-    first, part = _first_force(phase, s)
+    first, part = _first_force(contacts, s)
     length, taken = h, h
     if first != NO_GUARD:
         length = taken = max(part * h, close)
         solution = _retake(a, length)
     else:
-        guard, part = _first_dip(phase, s, h)
+        guard, part = _first_dip(contacts, s, h)
         if guard != NO_GUARD:
             taken = part * h
             solution = _retake(a, taken)
-            if s.guards.values[_END, guard] <= 0.0:  # else the gap only comes close
+            if s.guards[VALUES + _END, guard] <= 0.0:  # else the gap only comes close
                 length = taken
-    for guard in range(s.guards.armed.shape[0]):
+    for guard in range(guard_count(s.guards)):
         # each guard of the motion that is found fallen shortens the step
-        if solution.status == 0 and _raised(s, _END, guard) <= 0.0 and not _of_force(phase, guard):
-            fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.guards.thresholds[guard]
-            own = contact_phase(phase.arrays, phase, guard // GUARDS)
-            narrow = (1e-3 if own.state == FREE else 1.0) * close / h
+        if solution.status == 0 and _raised(s, _END, guard) <= 0.0 and not _of_force(contacts, guard):
+            fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.guards[THRESHOLD, guard]
+            narrow = (1e-3 if contacts.each[guard // GUARDS].state == FREE else 1.0) * close / h
             first, length = guard, h * find_fall(_Shorter(a), guard, 0.0, fa, length / h, fb, narrow, low)
             taken = length
             if length <= close:
@@ -246,39 +250,30 @@ def _cut(a: Attempt, solution: StepSolution) -> Cut:
 
 
 @inlined
-def _is_far(phase: Phase, gap: float, near: float) -> bool:
-    """Whether the contact point is in flight and not close to the slope."""
-    return phase.state == FREE and (not phase.surface.enabled or phase.surface.side * gap > near)
-
-
-@jitable
-def _smallest_gap(arrays: ContactArrays | None, phase: Phase, kept: AlgorithmState) -> float:
-    """Gap (m) at the end of the last step; of several contacts the smallest distance of one in flight."""
-    if arrays is None:
-        return float(kept.memory[GAP])
+def _smallest_gap(contacts: Contacts, kept: AlgorithmState) -> float:
+    """Smallest distance (m) of a contact in flight at the end of the last step."""
     least = 1e300
-    for i in range(arrays.rows.shape[0]):
-        own = phase_of(phase, arrays, i)
-        if own.state == FREE:
-            least = min(least, own.surface.side * kept.memory[MEMORY * i + GAP])
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        if c.state == FREE and c.enabled:
+            least = min(least, c.side * kept.memory[MEMORY * i + GAP])
     return least
 
 
-@jitable
-def _keep_largest(arrays: ContactArrays | None, largest: Array) -> None:
-    """Keep the largest normal force (N) and depth (m) of each of several contacts."""
-    if arrays is not None:
-        for i in range(arrays.rows.shape[0]):
-            if arrays.rows[i, STATE] != FREE:
-                c = instant_at(arrays, i)
-                largest[0, i], largest[1, i] = max(largest[0, i], c.normal_force), max(largest[1, i], -c.gap)
+@inlined
+def _keep_largest(contacts: Contacts, forces: Array) -> None:
+    """Keep the largest of the normal forces (N) to report, in `forces` (2 n,), and depth (m) of each contact."""
+    for i in range(len(contacts.each)):
+        c = contacts.each[i]
+        if c.state != FREE:
+            c.peak_force, c.peak_depth = max(c.peak_force, forces[2 * i]), max(c.peak_depth, -c.gap)
 
 
 class AlphaStepper(NamedTuple):
     """Steps of generalized-alpha; a `Stepper`."""
 
     system: Any
-    phase: Phase
+    contacts: Contacts
     limits: Limits
     scratch: Scratch
     iterations: Iterations
@@ -291,60 +286,59 @@ class AlphaStepper(NamedTuple):
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Compute what a phase starts with; in a later call it is there, as the last step has left it."""
-        phase, work, stale = self.phase, self.scratch.work, self.iterations.stale
+        contacts, work, stale = self.contacts, self.scratch.work, self.iterations.stale
+        d = work.vectors.shape[1]
         for slot in range(stale.shape[0]):
             stale[slot] = True
         if start.taken > 0:
-            return OK, _smallest_gap(
-                phase.arrays, phase, algorithm_state(phase.arrays, y, work.vectors.forces.shape[0])
-            )
-        status, c = start_phase(self.system, phase, start.t, y, work)
-        take_yielding(phase.arrays, phase)
-        for i in range(contact_count(phase.arrays)):
-            own, at = contact_phase(phase.arrays, phase, i), contact_at(phase.arrays, c, i)
-            _measure(own, at, yielding_at(phase.arrays, i), self.scratch, _START, i)
-        return status, c.gap
+            return OK, _smallest_gap(contacts, algorithm_state(contacts, y, d))
+        status = start_phase(self.system, contacts, start.t, y, work)
+        take_stretching(contacts.matrix, contacts)
+        for i in range(len(contacts.each)):
+            _measure(contacts.each[i], self.scratch, _START, i)
+        return status, nearest(contacts)[0]
 
     def length(self, gap: float, h: float) -> float:
         """Length of the steps here."""
-        return self.far_step if _is_far(self.phase, gap, self.near) else self.near_step
+        return self.far_step if is_free(self.contacts) and gap > self.near else self.near_step
 
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Take a step, and cut it where the first guard falls."""
-        phase, s, c = self.phase, self.scratch, self.regular
-        slot = FLIGHT_STEP if _is_far(phase, now.gap, self.near) else CONTACT_STEP
+        contacts, s, c, free = self.contacts, self.scratch, self.regular, is_free(self.contacts)
+        slot = FLIGHT_STEP if free and now.gap > self.near else CONTACT_STEP
         if now.taken < self.first_steps:
             c, slot = self.first, CUT_STEP
-            algorithmic = algorithm_state(phase.arrays, y, s.work.vectors.forces.shape[0]).algorithmic
+            algorithmic = algorithm_state(contacts, y, s.work.vectors.shape[1]).algorithmic
             for i in range(algorithmic.shape[0]):
                 algorithmic[i] = 0.0
-        attempt = Attempt(self.system, phase, c, now.t, length, y, s, self.iterations)
+        attempt = Attempt(self.system, contacts, c, now.t, length, y, s, self.iterations)
         solution, guard = take_step(attempt, length, slot if length == now.h else CUT_STEP), NO_GUARD
         if solution.status != OK:
             return refused(solution.status, 0.0)
-        solution = _report(attempt, length, solution)
-        if phase.state != FREE or phase.surface.enabled:
+        _report(attempt, length)
+        if contacts.each[0].enabled:
             solution, guard, length = _cut(attempt, solution)
             if solution.status != OK:
                 return refused(solution.status, 0.0)
         if guard != NO_GUARD:
             if length <= _LOCATED * s.tolerances.time:
                 # it falls with the very first of the step: what the last step left is where the phase ends
-                return Step(OK, False, now.t, 0.0, guard, now.gap, 0.0, 0.0)
+                return Step(OK, False, now.t, 0.0, guard, now.gap)
             end = now.t + length
         finish_step(attempt, length, solution)
-        _keep_largest(phase.arrays, s.guards.largest)
-        gap = solution.end.gap
-        return Step(OK, True, end, length, guard, gap, solution.end.normal_force, -gap)
+        d = s.work.vectors.shape[1]
+        _keep_largest(contacts, algorithm_state(contacts, s.y_new, d).reported[d:])
+        return Step(OK, True, end, length, guard, nearest(contacts)[0])
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Make the guards at the end of a step those at the start of the next."""
         guards = self.scratch.guards
         if step.guard == NO_GUARD:
-            for g in range(guards.armed.shape[0]):
-                guards.armed[g] = guards.armed[g] or guards.values[_END, g] > guards.thresholds[g]
-                guards.values[_START, g] = guards.values[_END, g]
-                guards.slopes[_START, g] = guards.slopes[_END, g]
+            for g in range(guard_count(guards)):
+                if guards[VALUES + _END, g] > guards[THRESHOLD, g]:
+                    guards[ARMED, g] = 1.0
+                guards[VALUES + _START, g] = guards[VALUES + _END, g]
+                guards[SLOPES + _START, g] = guards[SLOPES + _END, g]
             keep_sample(step.end, y, self.limits, self.scratch.samples)
         return step
 
@@ -386,7 +380,7 @@ class GeneralizedAlphaScheme(Scheme):
     ) -> Iterations:
         return Iterations.new()
 
-    def stepper(self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits) -> AlphaStepper:
+    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> AlphaStepper:
         """Return the steps of a phase, the first of them perhaps those of backward Euler.
 
         Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
@@ -395,21 +389,14 @@ class GeneralizedAlphaScheme(Scheme):
         Euler, which has no use for them.  The force on a contact point without inertia whose flexibility is damped
         begins with a jump and decays faster than any step: some steps more.
         """
-        # not a flight that has only passed the line of the slope, beyond an end
-        rebound = (
-            before is not None
-            and before.state == phase.state == FREE
-            and before.surface.side == phase.surface.side
-            and phase.arrays is None  # elastic
-        )
-        jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
-        first_steps = _EULER_STEPS if jumps else 0
-        if phase.stop.massless and phase.residual.relaxation > 0.0:
+        first_steps = _EULER_STEPS if jumped else 0
+        each = [prepared.contacts.of(i) for i in range(len(prepared.contacts.each))]
+        if any(c.massless and c.relaxation > 0.0 for c in each):
             first_steps = _MASSLESS_STEPS
         tolerance = self.tolerance * float(np.sqrt(prepared.scratch.tolerances.energy))
         return AlphaStepper(
             prepared.system,
-            phase,
+            prepared.contacts,
             limits,
             prepared.scratch,
             prepared.own,
@@ -420,7 +407,3 @@ class GeneralizedAlphaScheme(Scheme):
             float(self.contact_step),
             float(self.near),
         )
-
-
-def _is_rigid(phase: Phase) -> bool:
-    return phase.state != FREE and not phase.stop.compliant

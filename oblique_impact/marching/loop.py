@@ -6,7 +6,7 @@ It is the same for every system, discretization and scheme.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -14,12 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import guards_of
+from oblique_impact.contact.forces import (
+    add_stretch,
+    guard_values,
+    shared_flexibility,
+    slides_stretching,
+    sliding_inertia,
+    travelled,
+)
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import add_stretch, guard_values, inside_cones, slides_stretching
-from oblique_impact.contact.state import Instant, Phase, State, Surface
+from oblique_impact.contact.simultaneous import ALTERNATING
+from oblique_impact.contact.state import OBSERVED, Candidate, Contacts, Residual, State
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
+from oblique_impact.kernels.jit import is_compiled
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import advance as base
 from oblique_impact.marching.advance import Limits, MarchResult, StepState, march
@@ -33,12 +41,13 @@ from oblique_impact.marching.equations import (
     STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
+    TRAVEL,
     take_derivative,
 )
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Record, Segment
-from oblique_impact.marching.sampling import Observation, contact_problem, observe
+from oblique_impact.marching.sampling import Observation, observe, solve_problem
 from oblique_impact.marching.scheme import Prepared
 from oblique_impact.marching.search import nearby
 from oblique_impact.progress import Status
@@ -57,6 +66,9 @@ MOST_STEPS = 2e7
 #: sixteen, and longer than a contact takes
 PACE_STEPS = 500_000
 _INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
+#: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
+_JUST_OPENED = 1e3
+_OUTSIDE = 1e-9  # of the friction cone: a located end of stick is at its edge but for less
 LONG = 60.0  # s to go, from which on a run says so
 #: of a singular problem, maybe
 _SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION, Outcome.NOT_CONVERGED)
@@ -76,7 +88,7 @@ class _Mark(NamedTuple):
 
     now: StepState
     y: Array
-    phase: Phase
+    states: list[Candidate]
     open: Any  # contacts that are closed there
     counts: list[int]  # of what is recorded
 
@@ -93,24 +105,28 @@ class Run:
     """
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
-        self.problem = problem
+        self.problem, self.candidates, self.machines = problem, problem.candidates, problem.candidates.machines
         self.record = Record()
         self._report = on_progress
-        size = problem.q0.size
-        contacts = len(problem.multi_contact.places) if problem.multi_contact else 0
-        integrals = np.zeros(QUADRATURES + OF_A_CONTACT * contacts)
-        extra = np.full(problem.scheme.extra_state(size, max(contacts, 1), integrals.size), np.nan)
+        size, n = problem.q0.size, len(self.machines.machines)
+        integrals = np.zeros(QUADRATURES + OF_A_CONTACT * n)
+        extra = np.full(problem.scheme.extra_state(size, n, integrals.size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, integrals, extra])
         self._kept = self._y.size - extra.size  # entries of the state that samples keep, not those of the scheme
         work = problem.system.new_workspace()
         tolerances = problem.machine.tolerances
-        self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, max(contacts, 1))
+        self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, n)
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
-        self.prepared = Prepared(problem.system, self._scratch, own)
+        packed, law = is_compiled(problem.system), problem.machine.law
+        free = [machine.free().changed(enabled=int(problem.contact)) for machine in self.machines.machines]
+        self.contacts = Contacts.new(free, size, packed, law)
+        self._spare = Contacts.new(free, size, packed, law)
+        self.prepared = Prepared(problem.system, self.contacts, self._scratch, own)
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
-        self._phase = problem.machine.free()._replace(surface=Surface(enabled=bool(problem.contact)))
-        self._before: Phase | None = None
-        self._open: OpenContact | None = None
+        self._jumped = False  # velocities, where the phase began
+        self._open: dict[int, OpenContact] = {}
+        self._left: dict[int, float] = {}  # s, when an impact has opened a contact
+        self._ends = np.array([machine.ends for machine in self.machines.machines]).T
         self._initial_inertia = 0.0
         self._steps_per_call = problem.scheme.steps_per_call(size)
         if not isinstance(problem.system, tuple):
@@ -130,7 +146,7 @@ class Run:
                 self._quadratures()[STABILIZATION_LOSS] = 0.0
             self._initial_inertia = self._inertia()
             before = list(record.segments)
-            self._enter(None)
+            self._enter()
             for segment in before:  # it holds it before the contact is found as well
                 segment.stored[:] = record.segments[len(before)].stored[0]
                 segment.stretched[:] = record.segments[len(before)].stretched[0]
@@ -144,20 +160,21 @@ class Run:
         if record.outcome is Outcome.INTERRUPTED:
             self._return_to_mark()  # it may have come between a call and its bookkeeping
         if record.outcome is not Outcome.INTERRUPTED or not record.segments:
-            self._sample(self._phase)
-        self._close_contact()
+            self._sample()
+        self._close_open_contacts()
         return record
 
     def _set_mark(self, t: float | None = None, y: Array | None = None) -> None:
         """Mark where the run is, or its last sample at a time (s) with a state vector, to return to it."""
         counts = [len(entries) for entries in self._recorded()]
         now, state = self._now if t is None else self._now._replace(t=t), self._y if y is None else y
-        self._mark = _Mark(now, state.copy(), self._phase, self._copy_open(), counts)
+        self._mark = _Mark(now, state.copy(), self._states(), self._copy_open(), counts)
 
     def _return_to_mark(self) -> None:
         """Return to the last mark: what has been recorded since then belongs to no state."""
         mark = self._mark
-        self._now, self._y[:], self._phase = mark.now, mark.y, mark.phase
+        self._now, self._y[:] = mark.now, mark.y
+        self._take_states(dict(enumerate(mark.states)))
         self._take_open(mark.open)
         for entries, count in zip(self._recorded(), mark.counts, strict=True):
             del entries[count:]
@@ -169,7 +186,7 @@ class Run:
 
     def _copy_open(self) -> Any:
         """Return a copy of what is known of contacts that are closed."""
-        return copy(self._open)
+        return {i: copy(opened) for i, opened in self._open.items()}
 
     def _take_open(self, known: Any) -> None:
         """Take what is known of contacts that are closed from :meth:`_copy_open`."""
@@ -181,10 +198,27 @@ class Run:
 
     def _start(self) -> Outcome | None:
         probe = self._probe()
-        transition = self.problem.machine.start(probe, self.problem.earlier.get(0))
-        if transition.kind is not None:
-            self._sample(self._phase)
-        return self._apply(self._phase, transition, probe)
+        change = self.machines.start(probe, self.problem.earlier)
+        if change.events:
+            self._sample()
+        failure = self._apply(change, probe)
+        self._jumped = any(_is_rigid(c) for c in self._states())
+        return failure
+
+    def _states(self) -> list[Candidate]:
+        """Return copies of all candidates."""
+        return [self.contacts.of(i) for i in range(len(self.contacts.each))]
+
+    def _take_states(self, states: Mapping[int, Candidate]) -> None:
+        """Take new states of some candidates."""
+        for i, state in states.items():
+            self.contacts.take(i, state.changed(enabled=int(self.problem.contact)))
+
+    @property
+    def _leading(self) -> State:
+        """The state reported for all contacts together: slip where several are closed."""
+        closed = [state.state for state in self._states() if state.state != State.FREE]
+        return State(closed[0]) if len(closed) == len(self.contacts.each) == 1 else State(min(len(closed), 1))
 
     def _pass(self, change: Callable[[], Outcome | None]) -> None:
         """Pass a transition by a function that decides and applies it, all of it or nothing.
@@ -192,13 +226,13 @@ class Run:
         Where no contact state exists behind it the function returns the outcome that ends the run there.
         """
         self._set_mark()
-        before = self._ambiguous
+        before = self.machines.ambiguous
         try:
             failure = change()
         except RunEnded:
             self._return_to_mark()
             raise
-        if self._ambiguous > before:
+        if self.machines.ambiguous > before:
             self.record.ambiguous.append(self._now.t)
         if failure is not None:
             raise RunEnded(failure)
@@ -208,13 +242,12 @@ class Run:
         while True:
             bounds = float(end), float(problem.end_time), float(problem.output_interval)
             limits = Limits(*bounds, self._steps_per_call)
-            stepper = problem.scheme.stepper(self.prepared, self._phase, self._before, limits)
+            stepper = problem.scheme.stepper(self.prepared, self._jumped, limits)
             progress = march(stepper, self._now, self._y)
             self._now = progress.state
             self._keep(progress)
             if self._report is not None:
-                state = State(self._phase.state)
-                self._report(Status(self._now.t, problem.end_time, state, len(self.record.events)))
+                self._report(Status(self._now.t, problem.end_time, self._leading, len(self.record.events)))
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
@@ -228,7 +261,7 @@ class Run:
         if failure in _SYMPTOMS and self._inertia() < _NEARLY_SINGULAR * self._initial_inertia:
             return Outcome.MASS_MATRIX_INDEFINITE
         if failure in (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED):
-            sliding = self._phase.state == State.SLIP
+            sliding = self._leading == State.SLIP
             if sliding and self._relative_inertia() < _NEARLY_SINGULAR:
                 return Outcome.PAINLEVE
         return failure
@@ -254,117 +287,194 @@ class Run:
             notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
                 notice += '; solver.scheme = "generalized-alpha" takes longer ones'
-            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), notice)
+            status = Status(time, self.problem.end_time, self._leading, len(self.record.events), notice)
             self._report(status)
 
     def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""
-        d, y, work = self.problem.q0.size, self._y, self._scratch.work
-        _, e, _ = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], work)
-        return float(self.problem.system.definiteness(e.rank_one, work))
+        d, y, work, rank_one = self.problem.q0.size, self._y, self._scratch.work, np.zeros(1)
+        for i, state in enumerate(self._states()):
+            self._spare.take(i, state)
+        solve_problem(self.problem.system, self._spare, self._now.t, y[:d], y[d : 2 * d], work, rank_one)
+        return float(self.problem.system.definiteness(float(rank_one[0]), work))
 
     def _relative_inertia(self) -> float:
-        """Effective inverse normal mass of the sliding contact now, relative to that without friction."""
-        d, y = self.problem.q0.size, self._y
-        defined, _, c = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], self._scratch.work)
-        return guards_of(self._phase, c).definite if defined else 1.0
+        """Effective inverse normal mass of the sliding contacts now, relative to that without friction."""
+        sliding = [c for c in self._states() if c.state == State.SLIP and not c.compliant]
+        if len(self.contacts.each) == 1 and sliding:
+            c = self._probe().of(0)
+            return sliding_inertia(c) / c.a_nn
+        return min((c.definite for c in sliding), default=1.0)
 
     def _pass_guard(self, guard: int) -> None:
-        leaving = self._phase
-        self._sample(leaving)
-        self._pass(lambda: self._follow(leaving, guard))
+        self._sample()
+        self._pass(lambda: self._follow(guard))
         self._watch_for_chattering()
-        self._enter(leaving)
+        self._enter()
 
-    def _follow(self, leaving: Phase, guard: int) -> Outcome | None:
-        probe = self._probe()
-        return self._apply(leaving, self.problem.machine.after_guard(leaving, guard, probe), probe)
-
-    @property
-    def _ambiguous(self) -> int:
-        return self.problem.machine.ambiguous
+    def _follow(self, guard: int) -> Outcome | None:
+        probe, t = self._probe(), self._now.t
+        tolerances = self.problem.machine.tolerances
+        recent = ALTERNATING * tolerances.time
+        lately = [
+            i
+            for i, left in self._left.items()
+            if t - left < recent and abs(probe.of(i).gap) < _JUST_OPENED * tolerances.gap
+        ]
+        change = self.machines.after_guard(guard, lately, probe)
+        self._hand_over(change, probe)
+        return self._apply(change, probe)
 
     def _probe(self) -> Probe:
-        return Probe(self.problem, self._phase, self._now.t, self._y, self._scratch.work)
+        return Probe(self.problem, self.contacts, self._spare, self._now.t, self._y, self._scratch.work)
 
-    def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> Outcome | None:
-        """Apply the impulse, log the event, open or close a contact, take the new phase; why the run ends here."""
-        before, impulse = probe.instant, transition.impulse or Impulse(0.0, 0.0, 0.0)
-        if transition.impulse is not None:
-            self._jump(impulse, probe)
-        if transition.stick_projection is not None:
-            self._jump(transition.stick_projection, probe)
-            quadratures = self._quadratures()
-            quadratures[NORMAL_IMPULSE] += transition.stick_projection.normal
-            quadratures[TANGENTIAL_IMPULSE] += transition.stick_projection.tangential
-            quadratures[FRICTION_LOSS] += transition.stick_projection.energy_loss
-        if transition.at_end is not None:
-            self._pass_end(leaving, transition.at_end, before)
-        self._phase = transition.phase
-        jumps = (
-            transition.impulse is not None
-            or transition.stick_projection is not None
-            or leaving.residual.tilt != self._phase.residual.tilt
+    def _hand_over(self, change: Transition, probe: Probe) -> None:
+        """Hand an elastic contact that slides over the end of a side to the corner there, or back.
+
+        A point of the beam at the depth d beyond the end of a side has the corner in the beam, within d of itself
+        and deep by d times the cosine of the angle between beam and side.
+        """
+        candidates = self.candidates
+        for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and self.machines.compliant]:
+            own = probe.of(i)
+            for j, machine in enumerate(self.machines.machines):
+                if candidates.obstacles[j] != candidates.obstacles[i]:
+                    continue
+                if candidates.on_side[j] == candidates.on_side[i]:
+                    continue
+                if candidates.hand_over is not None and candidates.hand_over.get(i) != j:
+                    continue
+                other = probe.of(j)
+                apart = candidates.place(i, own.slip) - candidates.place(j, other.slip)
+                meets = candidates.hand_over is not None or not machine.is_beyond(other.slip)
+                if other.state == State.FREE and other.gap < 0.0 and abs(apart) < -own.gap and meets:
+                    change.states[j] = machine.pressed(probe)
+                    change.events.append((j, EventKind.IMPACT))
+
+    def _apply(self, change: Transition, probe: Probe) -> Outcome | None:
+        """Apply impulses, log events, open and close contacts, take the new states; why the run ends here."""
+        d, t = self.problem.q0.size, self._now.t
+        before = {i: probe.of(i) for i in {*change.states, *change.impulses}}
+        impulses = change.impulses | change.stick_projections
+        if impulses:
+            self._quadratures()[SUPPLIED] += probe.supply(impulses)
+            self._y[d : 2 * d] += probe.velocity_jump(impulses)
+        for i, projection in change.stick_projections.items():
+            self._add_to(i, projection.normal, projection.tangential, projection.energy_loss, 0.0)
+        for i, how in change.passages:
+            self._pass_end(i, how, before[i])
+        self._stick_axially(change, before)
+        rigid = any(_is_rigid(c) for c in self._states())
+        self._take_states(change.states)
+        # what a scheme knows of accelerations means nothing where a rigid contact begins or ends, velocities jump
+        # or a contact has just touched
+        back = any(
+            before[i].state == state.state == State.FREE and before[i].side == state.side
+            for i, state in change.states.items()
         )
-        after = self._probe().instant if jumps else before
-        finite = self._track_contact(leaving, impulse, transition.kind)
-        if transition.kind is not None:
+        self._jumped = rigid or back or any(_is_rigid(c) for c in self._states())
+        self._account_for_penetrations(change, before)
+        turned = any(state.tilt != before[i].tilt for i, state in change.states.items())
+        after = self._probe() if impulses or turned else probe
+        struck = dict(change.impulses)
+        for i, kind in change.events:
+            impulse = struck.pop(i, Impulse(0.0, 0.0, 0.0)) if kind.impulsive else Impulse(0.0, 0.0, 0.0)
+            was, now = before[i], after.of(i)
             event = Event(
-                self._now.t,
-                transition.kind,
+                t,
+                kind,
                 impulse.normal,
                 impulse.tangential,
-                before.gap_rate,
-                after.slip_rate,
+                was.gap_rate,
+                now.slip_rate,
                 impulse.energy_loss,
-                State(self._phase.state),
+                State(self.contacts.of(i).state),
+                obstacle=self.candidates.obstacles[i],
+                place=self.candidates.place(i, was.slip),
             )
-            self.record.events.append(event.with_share(finite) if finite else event)
-        if transition.at_end is None:
-            self._account_for_penetration(leaving, before.gap)
-        return transition.failure
+            self.record.events.append(self._track(i, event, impulse))
+            if event.state == State.FREE and change.impulses:
+                self._left[i] = t
+        return change.failure
 
-    def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
-        """Record how an end of the slope is passed; the energy still in an elastic stop is lost."""
-        end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
-        self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
-        law = self.problem.machine.contact_law
-        if how is AtEnd.SLIDES_OFF and law is not None:
-            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, instant.slip, leaving.residual.compliance)
+    def _stick_axially(self, change: Transition, before: Mapping[int, Candidate]) -> None:
+        """Begin stick on axial flexibility: contacts hold the material where it is.
 
-    def _jump(self, impulse: Impulse, probe: Probe) -> None:
-        """Change the velocities by an impulse."""
-        d, jump = self.problem.q0.size, probe.velocity_jump(impulse)
-        self._quadratures()[SUPPLIED] += probe.supply(impulse, jump)
-        self._y[d : 2 * d] += jump
-
-    def _account_for_penetration(self, leaving: Phase, gap: float) -> None:
-        """Charge the scheme with the energy of an elastic stop that contact finds or leaves compressed.
-
-        Located contacts begin and end at zero gap; a fixed step notices them late.
+        That is their slip or, since rolling is none, their travel, and what all forces stretch the axis up to
+        there.
         """
-        law = self.problem.machine.contact_law
-        if law is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
-            return
-        found = -1.0 if leaving.state == State.FREE else 1.0
-        compliance = max(leaving.residual.compliance, self._phase.residual.compliance)
-        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, 0.0, compliance)
+        pulls = [(c, c.tangential_force) for c in self._states() if c.state != State.FREE]
+        pulls += [(change.states[i], force) for i, force in change.pulls.items()]
+        for i, state in change.states.items():
+            if state.axial != 0.0 and state.state == State.STICK:
+                travel = float(self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL])
+                held = travelled(before[i].changed(held=state.held, travel=travel))
+                held += sum(shared_flexibility(state, other) * force for other, force in pulls)
+                change.states[i] = state.changed(kept_slip=held)
 
-    def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
-        """Open or close a contact; returns the share of the finite force of one that is closed."""
-        if leaving.state == State.FREE and kind is not None:
-            self._open = OpenContact(
-                self._now.t, impulse, self._quadratures().copy(), self._phase.residual.compliance
-            )
-        return self._close_contact() if self._phase.state == State.FREE else None
+    def _pass_end(self, contact: int, how: AtEnd, c: Candidate) -> None:
+        """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
+        machine = self.machines.machines[contact]
+        if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
+            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(c.gap, c.slip, c.compliance))
+        if self.candidates.on_side[contact] or how is AtEnd.SLIDES_OFF:
+            end = min(machine.extent, key=lambda place: abs(place - c.slip))
+            self.record.passages.append(Passage(self._now.t, how, c.slip, end, self.candidates.obstacles[contact]))
 
-    def _close_contact(self) -> Contact | None:
-        if self._open is None:
-            return None
-        contact, finite = self._open.closed(self._now.t, self._quadratures(), self.problem.machine.contact_law)
-        self.record.contacts.append(contact)
-        self._open = None
+    def _add_to(self, contact: int, normal: float, tangential: float, friction: float, stop: float) -> None:
+        """Add impulses (N s) and losses by friction and stop (J) to the quadratures, of the contact and of all."""
+        added, own = np.array([normal, tangential, friction, stop]), QUADRATURES + OF_A_CONTACT * contact
+        self._quadratures()[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] += added
+        self._y[2 * self.problem.q0.size + own :][:TRAVEL] += added
+
+    def _account_for_penetrations(self, change: Transition, before: Mapping[int, Candidate]) -> None:
+        """Account for the energy of stops that are found or left compressed.
+
+        It is the scheme's where fixed steps notice contacts late, and the stop's where a contact is handed over.
+        """
+        gone, criterion = [contact for contact, _ in change.passages], self.machines.stick_criterion
+        for i, state in change.states.items():
+            law, was = self.machines.machines[i].contact_law, before[i]
+            if law is not None and i not in gone and (was.state == State.FREE) != (state.state == State.FREE):
+                energy = law.energy(was.gap, was.slip, max(was.compliance, state.compliance))
+                if gone:
+                    self._add_to(gone[0], 0.0, 0.0, 0.0, -energy)  # what it hands over is not lost
+                elif criterion is None or not criterion.located:
+                    self._quadratures()[STABILIZATION_LOSS] += -energy if was.state == State.FREE else energy
+
+    def _track(self, contact: int, event: Event, impulse: Impulse) -> Event:
+        """Open or close the contact of an event; one that closes it gets the share of its finite force."""
+        free, opened = event.state == State.FREE, self._open.get(contact)
+        if opened is None and (event.kind is EventKind.REBOUND or not free or event.kind is EventKind.IMPACT):
+            compliance, places = self.contacts.of(contact).compliance, (event.place, event.place)
+            opened = OpenContact(self._now.t, impulse, self._own_quadratures(contact), compliance, places)
+            self._open[contact] = opened
+        elif opened is not None and event.kind.impulsive:
+            opened.impulse = Impulse(*(a + b for a, b in zip(opened.impulse, impulse, strict=True)))
+        if opened is None or not free or event.kind is EventKind.IMPACT:
+            return event
+        return event.with_share(self._close(contact, event.place))
+
+    def _close(self, contact: int, place: float) -> Contact:
+        """Close a contact at a place (m); returns the share of its finite force."""
+        opened, machine = self._open.pop(contact), self.machines.machines[contact]
+        opened.visit(place)
+        whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), machine.contact_law)
+        self.record.contacts.append(whole._replace(obstacle=self.candidates.obstacles[contact]))
         return finite
+
+    def _close_open_contacts(self) -> None:
+        """Close what is open at the end of a run."""
+        slips = self.record.segments[-1].observation.column("slip")[-1]
+        for i in list(self._open):
+            self._close(i, self.candidates.place(i, float(slips[i])))
+
+    def _own_quadratures(self, contact: int) -> Array:
+        """Return the quadratures of one contact alone, (7,)."""
+        own = self._y[2 * self.problem.q0.size + QUADRATURES :][OF_A_CONTACT * contact :][:TRAVEL]
+        found = np.zeros(QUADRATURES)
+        found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
+        return found
 
     def _quadratures(self) -> Array:
         return self._y[2 * self.problem.q0.size :][:QUADRATURES]
@@ -378,22 +488,21 @@ class Run:
         if len(self.record.events) > MAX_EVENTS:
             raise RunEnded(Outcome.TOO_MANY_EVENTS)
 
-    def _enter(self, leaving: Phase | None) -> None:
+    def _enter(self) -> None:
         """Begin a phase: sample its right-hand values and arm its guards.
 
         Output samples continue with the next multiple of the interval.
         """
-        t, self._before = self._now.t, leaving
+        t = self._now.t
         passed = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9))
         self._scratch.samples.counts[NEXT] = passed + 1
         self._now = StepState(t, self._now.h, t, 0, 0)
         # what a scheme keeps ends with a phase
-        self.problem.scheme.fill_extra_state(self.prepared, self._phase, self._y, self._y[self._kept :])
-        contact = self._sample(self._phase)
+        self.problem.scheme.fill_extra_state(self.prepared, self._y, self._y[self._kept :])
+        guards = self._sample()
         self._set_mark()
-        guards = guard_values(self._phase, contact)
-        turned = slides_stretching(self._phase.arrays, self._phase) and self._stretch(guards)
-        arm(self._phase, self._scratch, guards)
+        turned = slides_stretching(self.contacts.in_python()) and self._stretch(guards)
+        arm(self.contacts, self._scratch, guards)
         if turned:  # where its force has jumped a contact may hold again at once
             self._pass_guard(turned[0])
 
@@ -403,29 +512,33 @@ class Run:
         Returns those of contacts that would slide against their own direction.
         """
         plain = guards.copy()
-        system, phase, t, work = self.problem.system, self._phase, self._now.t, self._scratch.work
+        system, contacts, t, work = self.problem.system, self.contacts, self._now.t, self._scratch.work
         before, after = nearby(t, self._scratch.tolerances)
         dy, spare = np.empty((2, self._y.size))
-        take_derivative(system, phase, t, self._y, work, dy)
+        take_derivative(system, contacts, t, self._y, work, dy)
         for at, sign in ((before, -1.0), (after, 1.0)):
-            _, c = take_derivative(system, phase, at, self._y + (at - t) * dy, work, spare)
-            add_stretch(phase.arrays, phase, c, sign / (after - before), guards)
+            take_derivative(system, contacts, at, self._y + (at - t) * dy, work, spare)
+            add_stretch(contacts.in_python(), sign / (after - before), guards)
         return np.flatnonzero((guards != plain) & (guards < -self._scratch.tolerances.velocity)).tolist()
 
-    def _sample(self, phase: Phase) -> Instant:
-        """Store the present state as a sample; returns the contact there.
+    def _sample(self) -> Array:
+        """Store the present state as a sample; returns the guards there.
 
         The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or
         decides on means, leaves a state, or begins one, with others.
         """
         times, states = np.array([self._now.t]), self._y[None, :]
-        found = self._observe(phase, times, states)
-        kept, inside = found, phase
-        while (changed := inside_cones(inside, kept.instants[0], kept.contacts[0])) is not inside:
+        found = self._observe(times, states)
+        guards, present = guard_values(self.contacts), self._states()
+        kept, inside = found, present
+        while (changed := inside_cones(inside, kept)) != inside:
             inside = changed
-            kept = self._observe(inside, times, states)
-        self._store(phase, times, states, kept)
-        return Instant(*found.instants[0].tolist())
+            self._take_states(dict(enumerate(inside)))
+            kept = self._observe(times, states)
+        if inside is not present:
+            self._take_states(dict(enumerate(present)))
+        self._store(times, states, kept)
+        return guards
 
     def _keep(self, progress: MarchResult) -> None:
         """Store the samples, changes and costs of a call; only those before the deflection grows too large."""
@@ -440,22 +553,22 @@ class Run:
         if count:
             times, states = times[:count], states[:count]
             self._log_changes(float(times[-1]))
-            self._store(self._phase, times, states, self._observe(self._phase, times, states))
+            self._store(times, states, self._observe(times, states))
             self._set_mark(float(times[-1]), states[-1])
         self._log_changes(self._now.t)
         if not large.any():
-            self._take_peaks(progress)
+            self._take_peaks()
         if large.any() or self._large_deflection(self._y[None]).any():
             raise RunEnded(self._cause(Outcome.LARGE_DEFLECTION))
 
     def _log_changes(self, until: float) -> None:
         """Log the changes up to a time (s) of a scheme that makes them itself; by default there are none."""
 
-    def _take_peaks(self, progress: MarchResult) -> None:
-        """Take the largest force and depth of a call."""
-        if self._open is not None:
-            self._open.peak_force = max(self._open.peak_force, progress.peak_force)
-            self._open.depth = max(self._open.depth, progress.depth)
+    def _take_peaks(self) -> None:
+        """Take the largest force and depth of each contact in a call."""
+        for i, peaks in enumerate(self.contacts.peaks()):
+            if i in self._open:
+                self._open[i].press(*peaks)
 
     def _large_deflection(self, states: Array) -> NDArray[np.bool_]:
         """Whether deflections are beyond the model's range, of state vectors (samples, ny)."""
@@ -465,43 +578,89 @@ class Run:
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray(deflection(states[:, : self.problem.q0.size]) > LARGEST_DEFLECTION)
 
-    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
-        return observe(self.problem.system, phase, times, states, self._scratch.work)
+    def _observe(self, times: Array, states: Array) -> Observation:
+        return observe(self.problem.system, self.contacts, times, states, self._scratch.work)
 
-    def _store(self, phase: Phase, times: Array, states: Array, observation: Observation) -> None:
+    def _store(self, times: Array, states: Array, found: Observation) -> None:
         """Store samples of a phase as they have been observed."""
-        if self._open is not None and times.size:
-            forces, gaps = observation.column("normal_force"), observation.column("gap")
-            self._open.peak_force = float(np.fmax.reduce(forces, initial=self._open.peak_force))
-            self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
+        present = self._states()
+        for i, opened in self._open.items():
+            gap, slip = found.column("gap")[:, i], found.column("slip")[:, i]
+            opened.press(float(np.fmax.reduce(found.column("lambda_n")[:, i])), float(np.fmax.reduce(-gap)))
+            opened.visit(self.candidates.place(i, float(slip.min())))
+            opened.visit(self.candidates.place(i, float(slip.max())))
         kept = states[:, : self._kept].copy()
-        of_stops = self._of_stops(phase, observation, kept)
-        self.record.segments.append(Segment(phase.state, times, kept, observation, *of_stops))
+        each = tuple(int(c.state) for c in present)
+        nearest = _nearest(np.array([c.side for c in present]), self._ends, found.contacts)
+        of_stops = (
+            self._compression(present, found),
+            self._stored(present, found, kept),
+            self._stretched(present, found, kept),
+        )
+        self.record.segments.append(
+            Segment(max(each), times, kept, found, nearest, *of_stops, each if self.candidates.told_apart else ())
+        )
 
-    def _of_stops(self, phase: Phase, observation: Observation, states: Array) -> tuple[Array, Array, Array]:
-        """Return what a segment holds of stops behind the observation, each (samples,)."""
-        compression = self._compression(phase, observation)
-        stored, stretched = (of(phase, observation, states) for of in (self._stored, self._stretched))
-        return compression, stored, stretched
+    def _compression(self, states: Sequence[Candidate], found: Observation) -> Array:
+        """Largest compression (m) of a stop itself, 0 of rigid ones and in flight."""
+        largest = np.zeros(len(found.contacts))
+        for i, (c, machine) in enumerate(zip(states, self.machines.machines, strict=True)):
+            if machine.contact_law is not None and c.state != State.FREE:
+                residual = Residual(c.compliance, c.relaxation, c.tilt)
+                numbers = (found.column(name)[:, i] for name in ("gap", "gap_rate", "lambda_n"))
+                largest = np.maximum(largest, machine.contact_law.compression(residual, *numbers))
+        return largest
 
-    def _compression(self, phase: Phase, observation: Observation) -> Array:
-        """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
-        law, gap = self.problem.machine.contact_law, observation.column("gap")
-        if law is None or phase.state == State.FREE:
-            return np.zeros_like(gap)
-        rate, force = observation.column("gap_rate"), observation.column("normal_force")
-        return law.compression(phase.residual, gap, rate, force)
+    def _stored(self, states: Sequence[Candidate], found: Observation, y: Array) -> Array:
+        """Energy (J) that elastic stops, and the residual flexibility with them, hold at samples."""
+        stored = np.zeros(len(found.contacts))
+        for i, (c, machine) in enumerate(zip(states, self.machines.machines, strict=True)):
+            if machine.contact_law is not None and c.state != State.FREE:
+                gap, slip = found.column("gap")[:, i], found.column("slip")[:, i]
+                stored += machine.contact_law.energies(gap, slip, c.compliance)
+        return stored
 
-    def _stored(self, phase: Phase, observation: Observation, states: Array) -> Array:
-        """Energy (J) that an elastic stop, and the residual flexibility with it, holds at samples."""
-        law, gap = self.problem.machine.contact_law, observation.column("gap")
-        if law is None or phase.state == State.FREE:
-            return np.zeros_like(gap)
-        return law.energies(gap, observation.column("slip"), phase.residual.compliance)
-
-    def _stretched(self, phase: Phase, observation: Observation, states: Array) -> Array:
+    def _stretched(self, states: Sequence[Candidate], found: Observation, y: Array) -> Array:
         """Energy (J) that the axial flexibility behind the friction holds at samples."""
-        # no number where no force solves the contact (Painleve)
-        force = np.nan_to_num(observation.column("tangential_force"))
-        flexibility = 0.0 if phase.state == State.FREE else phase.stick.compliance
-        return np.asarray(0.5 * flexibility * force**2)
+        if not any(c.axial for c in states):
+            return np.zeros(len(found.contacts))
+        # no number where no force solves the contacts (Painleve)
+        forces = np.nan_to_num(found.column("lambda_tau"))
+        flexibility = np.array([[shared_flexibility(a, b) for b in states] for a in states])
+        return np.asarray(0.5 * np.einsum("si,ij,sj->s", forces, flexibility, forces))
+
+
+def _is_rigid(c: Candidate) -> bool:
+    return c.state != State.FREE and not c.compliant
+
+
+def inside_cones(states: list[Candidate], found: Observation) -> list[Candidate]:
+    """Return the states of contacts, or others whose forces are inside of the friction cones.
+
+    A contact that sticks beyond its cone is at its edge, one that pulls is without force.
+    """
+    normal, tangential = found.column("lambda_n")[0].tolist(), found.column("lambda_tau")[0].tolist()
+    changed = [_inside_cone(*contact) for contact in zip(states, normal, tangential, strict=True)]
+    return states if all(a is b for a, b in zip(changed, states, strict=True)) else changed
+
+
+def _inside_cone(c: Candidate, normal: float, tangential: float) -> Candidate:
+    """Return a contact, or another state of it if its forces (N) are outside of the friction cone."""
+    if c.state == State.STICK and abs(tangential) > c.static * max(normal, 0.0) * (1.0 + _OUTSIDE):
+        edge = c.static if tangential > 0.0 else -c.static
+        return c.changed(state=int(State.SLIP), intercept=edge, slope=0.0, lower=-np.inf, upper=np.inf)
+    pulls = c.state == State.SLIP and not c.compliant and normal < 0.0
+    return c.changed(state=int(State.FREE)) if pulls else c
+
+
+def _nearest(sides: Array, ends: Array, each: Array) -> Array:
+    """Return what is observed (samples, 6) of the contact with the smallest gap, with the forces of all."""
+    if each.shape[1] == 1:
+        return each[:, 0]
+    slips = each[:, :, OBSERVED.index("slip")]
+    within = (slips >= ends[0]) & (slips <= ends[1])
+    gaps = np.where(within, sides * each[:, :, OBSERVED.index("gap")], np.inf)
+    found: Array = each[np.arange(len(each)), np.argmin(gaps, axis=1)]
+    for name in ("lambda_n", "lambda_tau"):
+        found[:, OBSERVED.index(name)] = each[:, :, OBSERVED.index(name)].sum(axis=1)
+    return found

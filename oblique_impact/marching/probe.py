@@ -1,19 +1,19 @@
-"""The contact problem where a run is, and after an impulse."""
+"""The problem of all contacts where a run is, and after impulses."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import inclined
+from oblique_impact.contact.forces import end_push, stop_force
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import Instant, Phase, Residual
+from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, SLIDING, Candidate, Contacts, Residual
 from oblique_impact.errors import Outcome, RunEnded
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
+from oblique_impact.kernels.workspace import FREE_ACCELERATION, SUPPLY, Array, Workspace
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.sampling import contact_problem
+from oblique_impact.marching.sampling import solve_problem
 
 #: in time scales: how far ahead the slip of a contact at rest is looked for.  Its velocity there is known to about
 #: 1e-16 L/(a t^2) of itself, a the beam's acceleration in bending: at 1e-4 s its sign is right from 1e-6 m/s^2 on
@@ -21,87 +21,135 @@ _AHEAD = 1e-4
 _ROUNDING = 1e-13  # of the terms of a slip velocity: some hundred units of rounding
 
 
-class Responses(NamedTuple):
-    """Rows and responses of the contact problem, each (d,)."""
-
-    normal: Array  # rows
-    tangential: Array
-    to_normal: Array  # accelerations by a unit force
-    to_tangential: Array
-    supply: Array
-    free: Array  # acceleration without contact force
-
-
 class Probe:
-    """The contact problem where a run is, and after an impulse."""
+    """The problem of all n contacts at the state y of a run, without contact forces.
 
-    def __init__(self, problem: Problem, phase: Phase, t: float, y: Array, work: Workspace) -> None:
-        self._problem, self._phase, self._t, self._work = problem, phase, t, work
-        size = work.vectors.forces.shape[0]
+    Parameters
+    ----------
+    problem : Problem
+        What is marched.
+    contacts : Contacts
+        Their states; their forces are those of the last solution.
+    spare : Contacts
+        Of the same number, to be overwritten.
+    t, y, work : float, ndarray, Workspace
+        Where the run is, and its workspace.
+    """
+
+    def __init__(
+        self, problem: Problem, contacts: Contacts, spare: Contacts, t: float, y: Array, work: Workspace
+    ) -> None:
+        size = work.vectors.shape[1]
+        self._problem, self._spare, self._t, self._work = problem, spare, t, work
+        self._present = [contacts.of(i) for i in range(len(contacts.each))]
         self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
+        self._pushes = [0.0] * len(self._present)
 
-    @property
-    def instant(self) -> Instant:  # noqa: D102  all three: see `ContactProbe`
-        return inclined(self._phase, self._solved[1])
+    @cached_property
+    def _solved(self) -> tuple[list[Candidate], Array, Array, Array]:
+        """Contacts, their rows and responses (2, n, 2, d), supply and free acceleration (d,)."""
+        found = self._solve(self._t, self._q, self._qd)
+        vectors = self._work.vectors
+        return found, self._spare.rows.copy(), vectors[SUPPLY].copy(), vectors[FREE_ACCELERATION].copy()
 
-    @property
-    def residual(self) -> Residual:  # noqa: D102
+    def _solve(self, t: float, q: Array, qd: Array) -> list[Candidate]:
+        spare = self._spare
+        for i, c in enumerate(self._present):
+            spare.take(i, c if c.state != FREE else c.changed(state=SLIDING))
+        if not solve_problem(self._problem.system, spare, t, q, qd, self._work, np.zeros(1)):
+            raise RunEnded(Outcome.MASS_MATRIX_INDEFINITE)
+        return [spare.of(i).changed(state=c.state) for i, c in enumerate(self._present)]
+
+    def of(self, contact: int) -> Candidate:
+        """Return a contact, as if there were no others."""
+        return self._solved[0][contact]
+
+    def coupled(self, contact: int) -> Candidate:
+        """Return a closed contact with its present forces, those of others in its accelerations."""
+        own, delassus = self.of(contact), self.delassus
+        forces = np.array([(c.normal_force, c.tangential_force) for c in self._present])
+        present = self._present[contact]
+        forces[contact] = 0.0
+        gap, slip = np.tensordot(delassus[contact], forces, axes=2).tolist()
+        return own.changed(
+            gap_acceleration=own.gap_acceleration + gap,
+            slip_acceleration=own.slip_acceleration + slip,
+            normal_force=present.normal_force,
+            tangential_force=present.tangential_force,
+        )
+
+    def residual(self, contact: int) -> Residual:
+        """Residual flexibility of a contact point."""
         return self._problem.residual(self._q)
 
-    def velocity_jump(self, impulse: Impulse) -> Array:
-        """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
-        responses = self._solved[2]
-        return impulse.normal * responses.to_normal + impulse.tangential * responses.to_tangential
+    @cached_property
+    def delassus(self) -> Array:
+        """Accelerations of gap and slip of each contact by a unit force along each row, (n, 2, n, 2)."""
+        rows = self._solved[1]
+        return np.asarray(np.einsum("iad,jbd->iajb", rows[DIRECTION], rows[RESPONSE]))
 
-    def after(self, impulse: Impulse) -> Instant:  # noqa: D102
-        return inclined(self._phase, self._solve(self._qd + self.velocity_jump(impulse))[1])
+    def after(self, impulses: Mapping[int, Impulse]) -> list[Candidate]:
+        """Return all contacts with the velocities that impulses leave, bed ends pushing those that are closed."""
+        jump = self.velocity_jump(impulses)
+        return self._solve(self._t, self._q, self._qd + jump) if jump.any() else list(self._solved[0])
 
-    def moved(self, jump: Array) -> tuple[Instant, Responses]:
-        """Return the contact problem with velocities changed by `jump` (d,), and its rows and responses."""
-        instant = self._solve(self._qd + jump)[1] if jump.any() else self._solved[1]
-        return inclined(self._phase, instant), self._solved[2]
+    def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> tuple[list[Candidate], Array]:
+        """Return contacts with the velocities that impulses leave, and their Delassus matrix (m, 2, m, 2).
 
-    def slip_rate_ahead(self) -> float:
-        """Slip velocity (m/s) a little later, if the contact stays closed; 0 if it is rounding.
-
-        A step with the acceleration of a frictionless contact, whose gap rate is taken out along its response.
+        Beddings push those that lie over their ends.
         """
-        _, c, responses = self._solved
-        law, acceleration = self._problem.machine.contact_law, responses.free
-        force = -c.gap_acceleration / c.a_nn if law is None else law.force(c)
-        h = _AHEAD * self._problem.machine.tolerances.time
-        acceleration = acceleration + force * responses.to_normal
-        velocity = self._qd + h * acceleration
-        position = self._q + h * (self._qd + 0.5 * h * acceleration)
-        defined, _, later = contact_problem(self._problem.system, self._t + h, position, velocity, self._work)
-        if not defined:
-            return 0.0
-        v, closing = self._work.vectors, -later.a_nt / later.a_nn if law is None else 0.0
-        rate = later.slip_rate + closing * later.gap_rate
-        terms = (np.abs(v.tangential_row) + abs(closing) * np.abs(v.normal_row)) @ np.abs(velocity)
-        return float(rate) if abs(rate) > _ROUNDING * terms else 0.0
+        after = self.after(impulses)
+        chosen = [after[i] for i in contacts]
+        delassus = self.delassus[np.ix_(contacts, range(2), contacts, range(2))]
+        pushes = np.array([end_push(c.changed(state=SLIDING)) for c in chosen])
+        if pushes.any():
+            more = np.tensordot(delassus[:, :, :, 1], pushes, axes=1)
+            chosen = [
+                c.changed(gap_acceleration=c.gap_acceleration + a, slip_acceleration=c.slip_acceleration + b)
+                for c, (a, b) in zip(chosen, more.tolist(), strict=True)
+            ]
+        return chosen, delassus
 
-    def supply(self, impulse: Impulse, jump: Array) -> float:
-        """Energy (J) that drives and moving boundaries put in during an impact.
+    def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
+        """Return q'+ - q'- = M^-1 D^T P by impulses, (d,)."""
+        jump, responses = np.zeros(self._qd.size), self._solved[1][RESPONSE]
+        for i, impulse in impulses.items():
+            jump += impulse.normal * responses[i, 0] + impulse.tangential * responses[i, 1]
+        return jump
+
+    def supply(self, impulses: Mapping[int, Impulse]) -> float:
+        """Energy (J) that drives and moving boundaries put in during impacts.
 
         The power of drives is affine in the acceleration, so its linear part gives the work of the jump; the
         boundaries move with the mean of the velocities before and after.
         """
-        e, _, responses = self._solved
-        # rates without the boundary's own
-        normal, tangential = float(responses.normal @ self._qd), float(responses.tangential @ self._qd)
-        boundary = impulse.normal * (normal - e.gap_rate) + impulse.tangential * (tangential - e.slip_rate)
-        return float(responses.supply @ jump + boundary)
+        found, rows, supply, _ = self._solved
+        work = float(supply @ self.velocity_jump(impulses))
+        for i, impulse in impulses.items():
+            # rates without the boundary's own
+            normal, tangential = (float(row @ self._qd) for row in rows[DIRECTION, i])
+            work += impulse.normal * (normal - found[i].gap_rate)
+            work += impulse.tangential * (tangential - found[i].slip_rate)
+        return work
 
-    @cached_property
-    def _solved(self) -> tuple[Evaluation, Instant, Responses]:
-        e, instant = self._solve(self._qd)
-        v = self._work.vectors
-        kept = v.normal_row, v.tangential_row, v.normal_response, v.tangential_response, v.supply
-        return e, instant, Responses(*(vector.copy() for vector in (*kept, v.free_acceleration)))
+    def slip_rate_ahead(self, contact: int) -> float:
+        """Slip velocity (m/s) of a contact a little later, if it stays closed; 0 if it is rounding.
 
-    def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
-        defined, e, c = contact_problem(self._problem.system, self._t, self._q, velocity, self._work)
-        if not defined:
-            raise RunEnded(Outcome.MASS_MATRIX_INDEFINITE)
-        return e, c
+        A step with the acceleration of a frictionless contact, whose gap rate is taken out along its response.
+        """
+        found, rows, _, acceleration = self._solved
+        c, law = found[contact], self._spare.law
+        force = stop_force(law, c, c.gap, c.gap_rate) if c.compliant else -c.gap_acceleration / c.a_nn
+        h = _AHEAD * self._problem.machine.tolerances.time
+        acceleration = acceleration + force * rows[RESPONSE, contact, 0]
+        velocity = self._qd + h * acceleration
+        position = self._q + h * (self._qd + 0.5 * h * acceleration)
+        try:
+            later = self._solve(self._t + h, position, velocity)[contact]
+        except RunEnded:
+            return 0.0
+        normal, tangential = self._spare.rows[DIRECTION, contact]
+        closing = 0.0 if c.compliant else -later.a_nt / later.a_nn
+        rate = later.slip_rate + closing * later.gap_rate
+        terms = (np.abs(tangential) + abs(closing) * np.abs(normal)) @ np.abs(velocity)
+        return float(rate) if abs(rate) > _ROUNDING * terms else 0.0

@@ -15,12 +15,13 @@ from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.scheme import Scheme
 
 
-def _no_residual(q: Array) -> Residual:
+def no_residual(q: Array) -> Residual:
+    """Return no residual flexibility."""
     return Residual()
 
 
-class MultiContact(NamedTuple):
-    """Places of a beam that can touch obstacles, n contacts."""
+class Candidates(NamedTuple):
+    """Places of a system that can touch obstacles, n candidates of contact."""
 
     machines: ContactMachines
     obstacles: tuple[int, ...]  # (n,) of each contact: the slope is 0, the others count from 1
@@ -29,6 +30,12 @@ class MultiContact(NamedTuple):
     #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
     hand_over: Mapping[int, int] | None = None
     flexibility: Flexibility | None = None  # across a beam in modes, of places without inertia, or along it
+    told_apart: bool = True  # whether a history tells contacts apart: not that of a point on the slope
+
+    @classmethod
+    def of_one(cls, machine: ContactMachine) -> Candidates:
+        """Return the one candidate of a system with a contact on a slope."""
+        return cls(ContactMachines([machine]), (0,), (True,), (0.0,), told_apart=False)
 
     def place(self, contact: int, slip: float) -> float:
         """Return the place (m along the beam) of a contact at its slip (m)."""
@@ -42,16 +49,20 @@ class Problem:
     system: Any  # see `oblique_impact.kernels.system.System`
     q0: Array
     qd0: Array
-    machine: ContactMachine
+    candidates: Candidates
     scheme: Scheme
     end_time: float
     output_interval: float
     scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     contact: bool = True
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
-    residual: Callable[[Array], Residual] = _no_residual  # of the contact point at q (d,)
+    residual: Callable[[Array], Residual] = no_residual  # of the contact point at q (d,)
     modes: NormalModes | None = None  # of what is linear in the system
     #: largest deflection along the beam over its length (samples,), of q (samples, d); None: no small deflections
     relative_deflection: Callable[[Array], Array] | None = None
-    multi_contact: MultiContact | None = None  # the places that can touch, if not one alone
     earlier: Mapping[int, Earlier] = field(default_factory=dict)  # contacts that go on from an earlier run
+
+    @property
+    def machine(self) -> ContactMachine:
+        """The transition table of the first candidate; tolerances and laws are those of all."""
+        return self.candidates.machines.machines[0]

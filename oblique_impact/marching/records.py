@@ -90,8 +90,17 @@ class OpenContact:
     impulse: Impulse  # that it began with
     quadratures: Array  # at its start
     compliance: float = 0.0  # m/N, of the body, in series with a compliant stop
+    places: tuple[float, float] = (0.0, 0.0)  # m along the beam, from where to where it has been
     peak_force: float = 0.0
     depth: float = 0.0  # m
+
+    def press(self, force: float, depth: float) -> None:
+        """Take a normal force (N) and a depth (m) that may be the largest."""
+        self.peak_force, self.depth = max(self.peak_force, force), max(self.depth, depth)
+
+    def visit(self, place: float) -> None:
+        """Take a place (m) where the contact has been."""
+        self.places = min(self.places[0], place), max(self.places[1], place)
 
     def closed(self, end: float, quadratures: Array, law: ContactLaw | None) -> tuple[Contact, Contact]:
         """Return the contact that ends at `end`, and the share of its finite force."""
@@ -104,6 +113,8 @@ class OpenContact:
             normal_impulse=normal + self.impulse.normal,
             tangential_impulse=tangential + self.impulse.tangential,
             energy_loss=loss + self.impulse.energy_loss,
+            first_place=self.places[0],
+            last_place=self.places[1],
         )
         return whole, finite
 
@@ -115,6 +126,7 @@ class Segment(NamedTuple):
     times: Array  # (samples,)
     states: Array  # (samples, ny)
     observation: Observation
+    nearest: Array  # (samples, 6) of the contact with the smallest gap, with the forces of all together
     depth: Array  # (samples,) compression of the stop itself (m)
     stored: Array  # (samples,) J, in elastic stops and the flexibility across the beam behind them
     stretched: Array  # (samples,) J, in the axial flexibility behind the friction

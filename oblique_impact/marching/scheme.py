@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact.state import Phase
+from oblique_impact.contact.state import Contacts
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
@@ -27,6 +27,7 @@ class Prepared:
     """A system with the buffers of a march, the same from call to call."""
 
     system: Any
+    contacts: Contacts
     scratch: Scratch
     own: Any  # see `Scheme.buffers`
 
@@ -68,7 +69,7 @@ class Scheme(ABC):
         """
         return 0
 
-    def fill_extra_state(self, prepared: Prepared, phase: Phase, y: Array, extra: Array) -> None:
+    def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:
         """Fill these entries as a phase starts at y; by default with NaN: they follow from the first step."""
         extra[:] = np.nan
 
@@ -80,8 +81,5 @@ class Scheme(ABC):
         return max(1, _WORK_PER_CALL // size)
 
     @abstractmethod
-    def stepper(self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits) -> Stepper:
-        """Return the steps of a phase.
-
-        `before` is the phase that came before this one, None at the start of a run.
-        """
+    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> Stepper:
+        """Return the steps of a phase, the contacts in their states; perhaps velocities have jumped before it."""

@@ -9,11 +9,21 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from oblique_impact.contact.several import add_stretch, guards_into, slides_stretching
-from oblique_impact.contact.state import GUARDS, NORMAL, Instant, Phase, Tolerances
+from oblique_impact.contact.forces import add_stretch, guards_into, slides_stretching
+from oblique_impact.contact.state import GUARDS, NORMAL, Candidate, Contacts, Tolerances
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.buffers import NO_GUARD, GuardTable, Scratch, raised
+from oblique_impact.marching.buffers import (
+    ARMED,
+    AT,
+    NO_GUARD,
+    SLOPES,
+    THRESHOLD,
+    VALUES,
+    Scratch,
+    guard_count,
+    raised,
+)
 from oblique_impact.marching.dop853 import DENSE_STAGES, Stages, interpolate
 from oblique_impact.marching.equations import derivative
 from oblique_impact.marching.location import cubic_dip, find_fall, find_rise, find_trough
@@ -36,7 +46,7 @@ class DenseStep(NamedTuple):
     """A step of length h (s) from (t, y) with its dense output; a `Trial`."""
 
     system: Any
-    phase: Phase
+    contacts: Contacts
     t: float
     h: float
     y: Array
@@ -46,7 +56,7 @@ class DenseStep(NamedTuple):
     def guard_at(self, x: float, guard: int) -> float:
         """One guard, raised until it is armed, at the fraction x of the step; -1 if it is undefined there."""
         g = self.scratch.guards
-        return raised(g.at[guard], guard, g) if _guards_at(self, x) else -1.0
+        return raised(g[AT, guard], guard, g) if _guards_at(self, x) else -1.0
 
 
 @jitable
@@ -55,32 +65,31 @@ def _guards_at(step: DenseStep, x: float) -> bool:
     s, stages, t = step.scratch, step.stages, step.t + x * step.h
     rates = stages.K[DENSE_STAGES - 1]
     interpolate(stages.F, step.y, x, s.at)
-    status, c = derivative(step.system, step.phase, t, s.at, s.work, rates)
+    status = derivative(step.system, step.contacts, t, s.at, s.work, rates)
     spare = stages.K[DENSE_STAGES - 2]
-    return status == 0 and take_guards(step.system, step.phase, t, s.at, rates, c, s, spare)
+    return status == 0 and take_guards(step.system, step.contacts, t, s.at, rates, s, spare)
 
 
 @jitable
-def take_guards(
-    system: Any, phase: Phase, t: float, y: Array, dy: Array, c: Instant, s: Scratch, spare: Array
-) -> bool:
-    """Guards at a state y with its derivative dy and contact c; False if there is no solution nearby.
+def take_guards(system: Any, contacts: Contacts, t: float, y: Array, dy: Array, s: Scratch, spare: Array) -> bool:
+    """Guards at a state y with its derivative dy and solved contacts; False if there is no solution nearby.
 
     While a contact slides on a rigid stop with axial flexibility, the velocity that friction sees has the rate of
     its force, a difference along the motion.  `s.at`, which may be y, and `spare` (ny,) are overwritten.
     """
-    guards_into(phase.arrays, phase, c, s.guards.at)
-    if not slides_stretching(phase.arrays, phase):
+    at = s.guards[AT]
+    guards_into(contacts, at)
+    if not slides_stretching(contacts):
         return True
     before, after = nearby(t, s.tolerances)
     for m in range(y.shape[0]):
         s.at[m] = y[m] + (before - t) * dy[m]
-    failed, c = derivative(system, phase, before, s.at, s.work, spare)
-    add_stretch(phase.arrays, phase, c, -1.0 / (after - before), s.guards.at)
+    failed = derivative(system, contacts, before, s.at, s.work, spare)
+    add_stretch(contacts, -1.0 / (after - before), at)
     for m in range(y.shape[0]):
         s.at[m] += (after - before) * dy[m]
-    status, c = derivative(system, phase, after, s.at, s.work, spare)
-    add_stretch(phase.arrays, phase, c, 1.0 / (after - before), s.guards.at)
+    status = derivative(system, contacts, after, s.at, s.work, spare)
+    add_stretch(contacts, 1.0 / (after - before), at)
     return failed == 0 and status == 0
 
 
@@ -98,51 +107,51 @@ def _take(step: DenseStep, x: float, shift: float, row: int) -> bool:
     for part in range(2):
         if not _guards_at(step, x + part * shift):
             return False
-        for k in range(g.at.shape[0]):
+        for k in range(g.shape[1]):
             if part == 0:
-                g.values[row, k] = g.at[k]
+                g[VALUES + row, k] = g[AT, k]
             else:
-                g.slopes[row, k] = (g.at[k] - g.values[row, k]) / shift
+                g[SLOPES + row, k] = (g[AT, k] - g[VALUES + row, k]) / shift
     return True
 
 
 @jitable
-def _move(g: GuardTable, source: int, target: int) -> None:
-    for k in range(g.at.shape[0]):
-        g.values[target, k] = g.values[source, k]
-        g.slopes[target, k] = g.slopes[source, k]
+def _move(g: Array, source: int, target: int) -> None:
+    for k in range(g.shape[1]):
+        g[VALUES + target, k] = g[VALUES + source, k]
+        g[SLOPES + target, k] = g[SLOPES + source, k]
 
 
 @jitable
-def _dip(g: GuardTable, half: int, guard: int, width: float) -> tuple[float, float]:
+def _dip(g: Array, half: int, guard: int, width: float) -> tuple[float, float]:
     """Least value of a guard (raised until armed) in a half of the part, and where in it; -1 if at an end."""
-    offset = 0.0 if g.armed[guard] else g.thresholds[guard]
-    ga, gb = g.values[half, guard] + offset, g.values[half + 1, guard] + offset
-    return cubic_dip(ga, gb, 0.5 * width * g.slopes[half, guard], 0.5 * width * g.slopes[half + 1, guard])
+    offset = 0.0 if g[ARMED, guard] != 0.0 else g[THRESHOLD, guard]
+    ga, gb = g[VALUES + half, guard] + offset, g[VALUES + half + 1, guard] + offset
+    return cubic_dip(ga, gb, 0.5 * width * g[SLOPES + half, guard], 0.5 * width * g[SLOPES + half + 1, guard])
 
 
 @jitable
-def _highest(g: GuardTable, column: int, half: int, width: float) -> float:
+def _highest(g: Array, column: int, half: int, width: float) -> float:
     """Largest value of a column, the normal force (N) or a guard, in a half of the part.
 
     A force that jumps as contact begins, against a damped flexibility, has a slope there that means nothing.
     """
-    values = g.values[half, column], g.values[half + 1, column]
+    values = g[VALUES + half, column], g[VALUES + half + 1, column]
     low, high = min(values[0], values[1]), max(values[0], values[1])
     if _defect(g, column, width) > _FOLLOWS * (high - low):
         return float(high)
-    slopes = 0.5 * width * g.slopes[half, column], 0.5 * width * g.slopes[half + 1, column]
+    slopes = 0.5 * width * g[SLOPES + half, column], 0.5 * width * g[SLOPES + half + 1, column]
     return float(-cubic_dip(-values[0], -values[1], -slopes[0], -slopes[1])[0])
 
 
 @jitable
-def _defect(g: GuardTable, guard: int, width: float) -> float:
+def _defect(g: Array, guard: int, width: float) -> float:
     """Error of the cubic through the ends of a part in its middle: of the value, or a quarter of the slope's."""
-    ga, gm, gb = g.values[_START, guard], g.values[_MIDDLE, guard], g.values[_END, guard]
+    ga, gm, gb = g[VALUES + _START, guard], g[VALUES + _MIDDLE, guard], g[VALUES + _END, guard]
     sa, sm, sb = (
-        width * g.slopes[_START, guard],
-        width * g.slopes[_MIDDLE, guard],
-        width * g.slopes[_END, guard],
+        width * g[SLOPES + _START, guard],
+        width * g[SLOPES + _MIDDLE, guard],
+        width * g[SLOPES + _END, guard],
     )
     of_value = abs(gm - 0.5 * (ga + gb) - 0.125 * (sa - sb))
     of_slope = abs(sm - 1.5 * (gb - ga) + 0.25 * (sa + sb))
@@ -150,21 +159,21 @@ def _defect(g: GuardTable, guard: int, width: float) -> float:
 
 
 @jitable
-def _uncertainty(g: GuardTable, guard: int, width: float) -> float:
+def _uncertainty(g: Array, guard: int, width: float) -> float:
     """Bound on the error of the halves' cubics, that of one-sided differences for slopes included."""
-    bend = width * abs(g.slopes[_START, guard] - g.slopes[_END, guard])
+    bend = width * abs(g[SLOPES + _START, guard] - g[SLOPES + _END, guard])
     return float(_HALVES_ERROR * _defect(g, guard, width) + _SLOPE_STEP * bend)
 
 
 @jitable
-def _resolved(g: GuardTable, guard: int, width: float) -> bool:
+def _resolved(g: Array, guard: int, width: float) -> bool:
     """Whether the halves' cubics can be trusted to show where a guard falls."""
     defect = _defect(g, guard, width)
-    if defect <= g.thresholds[guard]:
+    if defect <= g[THRESHOLD, guard]:
         return True
-    low = min(g.values[_START, guard], g.values[_MIDDLE, guard], g.values[_END, guard])
-    high = max(g.values[_START, guard], g.values[_MIDDLE, guard], g.values[_END, guard])
-    swing = 0.25 * width * max(abs(g.slopes[_START, guard]), abs(g.slopes[_END, guard]))
+    low = min(g[VALUES + _START, guard], g[VALUES + _MIDDLE, guard], g[VALUES + _END, guard])
+    high = max(g[VALUES + _START, guard], g[VALUES + _MIDDLE, guard], g[VALUES + _END, guard])
+    swing = 0.25 * width * max(abs(g[SLOPES + _START, guard]), abs(g[SLOPES + _END, guard]))
     if defect > _FOLLOWS * (high - low) and low < 2.0 * (high - low + defect + swing):
         return False
     for half in range(2):
@@ -179,53 +188,54 @@ def _fall(step: DenseStep, guard: int, half: int, start: float, width: float) ->
     """Fraction of the step where a guard falls in a half of the part that begins at `start`; 2 if nowhere."""
     g, a = step.scratch.guards, start + 0.5 * width * half
     b = a + 0.5 * width
-    offset = 0.0 if g.armed[guard] else g.thresholds[guard]
-    fa, fb = g.values[half, guard] + offset, g.values[half + 1, guard] + offset
+    offset = 0.0 if g[ARMED, guard] != 0.0 else g[THRESHOLD, guard]
+    fa, fb = g[VALUES + half, guard] + offset, g[VALUES + half + 1, guard] + offset
     if fb > 0.0:
         least, place = _dip(g, half, guard, width)
-        margin = _uncertainty(g, guard, width) if g.armed[guard] else 0.0
+        margin = _uncertainty(g, guard, width) if g[ARMED, guard] != 0.0 else 0.0
         if place < 0.0 or least >= margin:
             return 2.0
         b, fb = find_trough(step, guard, a, b, a + 0.5 * width * place)
         if b < 0.0:
             return 2.0
-    if not g.armed[guard]:
+    if g[ARMED, guard] == 0.0:
         # a flight shorter than the bracket: its end is a root only where the guard has risen before
-        risen = find_rise(step, guard, a, b, 2.0 * g.thresholds[guard])
+        risen = find_rise(step, guard, a, b, 2.0 * g[THRESHOLD, guard])
         if risen > a:
-            g.armed[guard] = True
-            a, fa = risen, g.thresholds[guard]
+            g[ARMED, guard] = 1.0
+            a, fa = risen, g[THRESHOLD, guard]
             fb = min(fb - offset, 0.0)
     return find_fall(step, guard, a, fa, b, fb, _CLOSE, 0.0)
 
 
 @jitable
-def _fall_rate(g: GuardTable, guard: int, half: int, x: float, width: float) -> float:
+def _fall_rate(g: Array, guard: int, half: int, x: float, width: float) -> float:
     """Slope of a guard (per step) at the fraction x of a half of a part, by the cubic."""
-    ga, gb = g.values[half, guard], g.values[half + 1, guard]
-    sa, sb = 0.5 * width * g.slopes[half, guard], 0.5 * width * g.slopes[half + 1, guard]
+    ga, gb = g[VALUES + half, guard], g[VALUES + half + 1, guard]
+    sa, sb = 0.5 * width * g[SLOPES + half, guard], 0.5 * width * g[SLOPES + half + 1, guard]
     c2 = 3.0 * (gb - ga) - 2.0 * sa - sb
     c3 = sa + sb - 2.0 * (gb - ga)
     return float((sa + x * (2.0 * c2 + 3.0 * x * c3)) / (0.5 * width))
 
 
 @inlined
-def _keep_largest(g: GuardTable, i: int, force: float, depth: float) -> None:
+def _keep_largest(c: Candidate, force: float, depth: float) -> None:
     """Keep the largest force (N) and depth (m) of a contact."""
-    g.largest[0, i] = max(g.largest[0, i], force)
-    g.largest[1, i] = max(g.largest[1, i], depth)
+    c.peak_force = max(c.peak_force, force)
+    c.peak_depth = max(c.peak_depth, depth)
 
 
 @jitable
-def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
-    """First guard that falls through zero in a step, the fraction where, its rate (1/s), and two largest values.
+def first_fall(step: DenseStep) -> tuple[int, float, float]:
+    """First guard that falls through zero in a step, the fraction where, and its rate (1/s).
 
-    These are of the normal force (N) and of the normal guard, which is the depth (m) in a compliant stop.
-
-    The guard is NO_GUARD if none falls, UNDEFINED if the contact problem loses its solution first.
+    Contacts keep their largest normal force (N) and the largest of their normal guard, which is the depth (m) in a
+    compliant stop.  The guard is NO_GUARD if none falls, UNDEFINED if the contact problem loses its solution
+    first.
     """
-    g, start, width, peak, depth = step.scratch.guards, 0.0, _WIDEST, 0.0, 0.0
-    count, contacts = g.armed.shape[0], g.at.shape[0] - g.armed.shape[0]
+    g, start, width = step.scratch.guards, 0.0, _WIDEST
+    count = guard_count(g)
+    contacts = g.shape[1] - count
     at_start, at_end = False, False  # rows that are taken already
     while start < 1.0:
         resolved = True
@@ -245,7 +255,7 @@ def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
                 _move(g, _MIDDLE, _END)
             continue
         if not defined:
-            return UNDEFINED, 1.0, 0.0, peak, depth
+            return UNDEFINED, 1.0, 0.0
         for half in range(2):
             first, place = NO_GUARD, 2.0
             for k in range(count):
@@ -255,18 +265,17 @@ def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
             if first >= 0:
                 part = (place - start) / (0.5 * width) - half
                 for i in range(contacts):
-                    force, deep = g.values[half, count + i], g.values[half, GUARDS * i + NORMAL]
-                    peak, depth = max(peak, force), max(depth, deep)
-                    _keep_largest(g, i, force, deep)
-                return first, place, _fall_rate(g, first, half, part, width) / step.h, peak, depth
+                    force, deep = g[VALUES + half, count + i], g[VALUES + half, GUARDS * i + NORMAL]
+                    _keep_largest(step.contacts.each[i], force, deep)
+                return first, place, _fall_rate(g, first, half, part, width) / step.h
             for i in range(contacts):
                 force = _highest(g, count + i, half, width)
                 deep = _highest(g, GUARDS * i + NORMAL, half, width)
-                peak, depth = max(peak, force), max(depth, deep)
-                _keep_largest(g, i, force, deep)
+                _keep_largest(step.contacts.each[i], force, deep)
             for k in range(count):
-                g.armed[k] = g.armed[k] or g.values[half + 1, k] > g.thresholds[k]
+                if g[VALUES + half + 1, k] > g[THRESHOLD, k]:
+                    g[ARMED, k] = 1.0
         _move(g, _END, _START)
         start += width
         width, at_end = min(2.0 * width, _WIDEST, 1.0 - start), False
-    return NO_GUARD, 1.0, 0.0, peak, depth
+    return NO_GUARD, 1.0, 0.0

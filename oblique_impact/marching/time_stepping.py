@@ -51,9 +51,9 @@ from oblique_impact.contact.impulses import (
     ImpulseProblem,
     solve_impulses,
 )
-from oblique_impact.contact.state import SIDE, ContactArrays, Phase
+from oblique_impact.contact.state import DIRECTION, RESPONSE, Contacts
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, copy, dot
+from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, INCREMENT, RESIDUAL, SUPPLY, Array, copy, dot
 from oblique_impact.marching.advance import (
     FAILED_ITERATION,
     Limits,
@@ -86,7 +86,6 @@ _STILL = 100.0
 #: steps in which a contact closes: their impulses are those of its impact
 OF_AN_IMPACT = 2
 
-GAP, SLIP, GAP_RATE = range(3)
 #: of the quadratures of a contact: energy (J) that the flexibility holds at its place
 HELD = 3
 
@@ -105,9 +104,7 @@ LOGGED = 10
 class StepBuffers(NamedTuple):
     """Buffers of a run of n contacts and d degrees of freedom, and the contacts from step to step."""
 
-    ends: Array  # (2, n) least and largest slip (m) of each contact
     acceleration: Array  # (d,) (v1 - v0)/h
-    places: Array  # (n, 3) gap, slip and gap rate of every place
     gaps: Array  # (n,) at the staggered coordinates; inf of a place that is beyond its side
     closed: NDArray[np.int64]  # (n,) the contacts of the problem, m of them
     states: NDArray[np.int64]  # (n,) of every contact
@@ -122,13 +119,10 @@ class StepBuffers(NamedTuple):
     flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
-    def new(cls, ends: Array, size: int, rubs: bool, flexibility: Flexibility) -> StepBuffers:
-        """Allocate the buffers of contacts with the given `ends` (2, n)."""
-        n = ends.shape[1]
+    def new(cls, n: int, size: int, rubs: bool, flexibility: Flexibility) -> StepBuffers:
+        """Allocate the buffers of n contacts."""
         return cls(
-            ends,
             np.zeros(size),
-            np.zeros((n, 3)),
             np.zeros(n),
             np.zeros(n, dtype=np.int64),
             np.zeros(n, dtype=np.int64),
@@ -158,19 +152,19 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
 
     A place that has come below the line of a side beyond its end meets the side only after it has come back up.
     """
-    b, rows, first, last = stepper.buffers, stepper.arrays.rows, stepper.buffers.ends[0], stepper.buffers.ends[1]
-    stepper.system.measure(t, x, v0, stepper.scratch.work, b.places)
-    nearest, fastest = 1e300, 0.0
+    b, each = stepper.buffers, stepper.contacts.each
+    stepper.system.measure(t, x, v0, stepper.scratch.work, stepper.contacts)
+    closest, fastest = 1e300, 0.0
     for i in range(b.gaps.shape[0]):
-        gap, slip = b.places[i, GAP], b.places[i, SLIP]
-        beyond = slip < first[i] or slip > last[i]
-        if rows[i, SIDE] < 0.0 and gap > 0.0:
-            rows[i, SIDE] = 1.0
-        elif beyond and gap < 0.0:
-            rows[i, SIDE] = -1.0
-        b.gaps[i] = gap if rows[i, SIDE] > 0.0 and not beyond else np.inf
-        nearest, fastest = min(nearest, b.gaps[i]), max(fastest, abs(b.places[i, GAP_RATE]))
-    return nearest, fastest
+        c = each[i]
+        beyond = c.slip < c.first or c.slip > c.last
+        if c.side < 0.0 and c.gap > 0.0:
+            c.side = 1.0
+        elif beyond and c.gap < 0.0:
+            c.side = -1.0
+        b.gaps[i] = c.gap if c.side > 0.0 and not beyond else np.inf
+        closest, fastest = min(closest, b.gaps[i]), max(fastest, abs(c.gap_rate))
+    return closest, fastest
 
 
 @jitable
@@ -186,18 +180,17 @@ def _take_contacts(
     slot: int,
 ) -> None:
     """Take the closed contacts `first` to `end` into the problem: rows, responses, velocities by unit impulses."""
-    b, arrays, w, p = stepper.buffers, stepper.arrays, stepper.scratch.work, stepper.buffers.problem
-    directions, responses, sides = arrays.directions, arrays.responses, 2 if stepper.rubs else 1
+    b, each, w, p = stepper.buffers, stepper.contacts.each, stepper.scratch.work, stepper.buffers.problem
+    directions, responses = stepper.contacts.rows[DIRECTION], stepper.contacts.rows[RESPONSE]
+    sides = 2 if stepper.rubs else 1
     stepper.system.take_state(t, x, v0, w)
     for m in range(first, end):
         i = b.closed[m]
-        touched = stepper.system.touch(i, t, x, v0, w)
-        copy(w.vectors.normal_row, directions[m, 0])
-        copy(w.vectors.tangential_row, directions[m, 1])
-        b.slipping[i], p.states[m] = touched.slip_rate, b.states[i]
+        stepper.system.touch(i, t, x, v0, w, each[i], directions[m, 0], directions[m, 1])
+        b.slipping[i], p.states[m] = each[i].slip_rate, b.states[i]
         p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
         if p.states[m] == OPEN:
-            p.states[m] = FORWARDS if not stepper.rubs or touched.slip_rate >= 0.0 else BACKWARDS
+            p.states[m] = FORWARDS if not stepper.rubs or each[i].slip_rate >= 0.0 else BACKWARDS
             if stepper.yields and not stepper.massless:
                 p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
     stepper.system.solve_rows(rank_one, w, slot, sides, directions[first:end], responses[first:end])
@@ -238,13 +231,13 @@ def _known_rates(stepper: TimeStepper, i: int, h: float) -> tuple[float, float]:
 @jitable
 def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
     """Solve for the impulses of the m contacts of the problem; the end v1 of the velocities changes with them."""
-    b, arrays, p = stepper.buffers, stepper.arrays, stepper.buffers.problem
+    b, rows, p = stepper.buffers, stepper.contacts.rows, stepper.buffers.problem
     directions = 2 if stepper.rubs else 1
     for k in range(m):
         i = b.closed[k]
         known = _known_rates(stepper, i, h)
         for a in range(directions):
-            rate = dot(arrays.directions[k, a], v1)
+            rate = dot(rows[DIRECTION, k, a], v1)
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
             p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
@@ -252,7 +245,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         return False
     for k in range(m):
         for a in range(directions):
-            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], arrays.responses[k, a]
+            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], rows[RESPONSE, k, a]
             b.impulses[2 * k + a] = p.impulses[2 * k + a]
             for j in range(v1.shape[0]):
                 v1[j] += more * response[j]
@@ -281,12 +274,12 @@ def _keep_out(
             return -1
         if m == b.states.shape[0]:
             return m
-        stepper.system.measure(t, x, v1, s.work, b.places)
+        stepper.system.measure(t, x, v1, s.work, stepper.contacts)
         before = m
         for i in range(b.states.shape[0]):
             if b.in_problem[i]:
                 continue
-            if b.places[i, GAP_RATE] + _known_rates(stepper, i, h)[0] < -s.tolerances.velocity:
+            if stepper.contacts.each[i].gap_rate + _known_rates(stepper, i, h)[0] < -s.tolerances.velocity:
                 b.in_problem[i] = True
                 b.closed[m] = i
                 m += 1
@@ -301,30 +294,30 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
 
     The step is `clear` if no place can reach its obstacle within it.
     """
-    s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
+    s, b, rows = stepper.scratch, stepper.buffers, stepper.contacts.rows
     w, x, acceleration = s.work, b.staggered, b.acceleration
     d, middle, m, before = x.shape[0], t + 0.5 * h, 0, 0.0
-    v0, v1, residual, increment = y[d : 2 * d], s.y_new[d : 2 * d], w.vectors.residual, w.vectors.increment
+    v0, v1, residual, increment = y[d : 2 * d], s.y_new[d : 2 * d], w.vectors[RESIDUAL], w.vectors[INCREMENT]
     copy(v0, v1)
     for iteration in range(_MOST_ITERATIONS):
         for j in range(d):
             acceleration[j] = (v1[j] - v0[j]) / h
             s.at[d + j] = 0.5 * (v0[j] + v1[j])
             s.at[j] = y[j] + 0.5 * h * s.at[d + j]
-        e = stepper.system.take_residual(middle, s.at[:d], s.at[d : 2 * d], acceleration, False, w)
+        e = stepper.system.take_residual(middle, s.at[:d], s.at[d : 2 * d], acceleration, w)
         for k in range(m):
             for a in range(2 if stepper.rubs else 1):
                 force = b.impulses[2 * k + a] / h
                 for j in range(d):
-                    residual[j] += force * arrays.directions[k, a, j]
+                    residual[j] += force * rows[DIRECTION, k, a, j]
         if iteration == 0:
             stale = b.factored[slot] != h
             if not stepper.system.factor_effective(middle, s.at[:d], 0.5 * h, 0.25 * h * h, w, slot, stale):
                 return SteppingSolution(MASS_NOT_POSITIVE, m, 0.0)
             b.factored[slot] = h
-        stepper.system.solve_effective(e.rank_one, w, slot, False)
+        stepper.system.solve_effective(e.rank_one, w, slot, stepper.contacts, False)
         change = h * np.sqrt(abs(dot(increment, residual)))
-        supplied = e.supplied_power + dot(w.vectors.supply, acceleration)
+        supplied = e.supplied_power + dot(w.vectors[SUPPLY], acceleration)
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
@@ -343,7 +336,7 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
 @jitable
 def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
     """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
-    s, b, arrays = stepper.scratch, stepper.buffers, stepper.arrays
+    s, b, rows, each = stepper.scratch, stepper.buffers, stepper.contacts.rows, stepper.contacts.each
     y_new, w, d, n, flexibility = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0], b.flexibility
     v0, v1 = y[d : 2 * d], y_new[d : 2 * d]
     for j in range(d):
@@ -362,9 +355,9 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
-        gap_rate, slip_rate_after = dot(arrays.directions[k, 0], v0), dot(arrays.directions[k, 1], v1)
+        gap_rate, slip_rate_after = dot(rows[DIRECTION, k, 0], v0), dot(rows[DIRECTION, k, 1], v1)
         # twice the mean velocities over the step
-        closing, slipping = gap_rate + dot(arrays.directions[k, 0], v1), b.slipping[i] + slip_rate_after
+        closing, slipping = gap_rate + dot(rows[DIRECTION, k, 0], v1), b.slipping[i] + slip_rate_after
         if stepper.yields:
             yielding = 2.0 / h * flexibility.moved[i]
             closing += flexibility.toward[i, 0] * yielding
@@ -396,11 +389,11 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         b.states[i] = state
         if state != OPEN:
             impact = not stepper.massless and counted[STEPS] < OF_AN_IMPACT
-            _count(counted, impact, b.places[i, SLIP], normal, tangential, plastic, h)
+            _count(counted, impact, each[i].slip, normal, tangential, plastic, h)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
             counted = counts[COUNTED * i : COUNTED * (i + 1)]
-            _log(stepper, i, OPEN, end, b.places[i, GAP_RATE], 0.0, before, counted)
+            _log(stepper, i, OPEN, end, each[i].gap_rate, 0.0, before, counted)
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
     if stepper.yields:
@@ -429,14 +422,14 @@ def _log(
     counted: Array,
 ) -> None:
     """Log a change of the state of contact i; begin to count anew if it closes."""
-    b, own = stepper.buffers, QUADRATURES + OF_A_CONTACT * i
+    b, own, slip = stepper.buffers, QUADRATURES + OF_A_CONTACT * i, stepper.contacts.each[i].slip
     row = b.log[b.logged[0]]
     if b.states[i] == OPEN:
         for k in range(COUNTED):
             counted[k] = 0.0
-        counted[LEAST] = counted[MOST] = b.places[i, SLIP]
+        counted[LEAST] = counted[MOST] = slip
     row[TIME], row[CONTACT], row[BEFORE], row[AFTER] = t, i, b.states[i], state
-    row[AT_SLIP], row[CLOSING_RATE], row[SLIPPING_RATE] = b.places[i, SLIP], gap_rate, slip_rate
+    row[AT_SLIP], row[CLOSING_RATE], row[SLIPPING_RATE] = slip, gap_rate, slip_rate
     for k in range(3):
         row[OWN_NORMAL + k] = quadratures[own + k]
     copy(counted, row[LOGGED:])
@@ -462,7 +455,7 @@ class TimeStepper(NamedTuple):
     """Steps of the scheme; a `Stepper`."""
 
     system: Any
-    arrays: ContactArrays
+    contacts: Contacts
     limits: Limits
     scratch: Scratch
     buffers: StepBuffers
@@ -480,8 +473,8 @@ class TimeStepper(NamedTuple):
         """Measure the gaps."""
         d = self.buffers.acceleration.shape[0]
         self.buffers.logged[0] = 0
-        nearest, _ = _measure_gaps(self, start.t, y[:d], y[d : 2 * d])
-        return OK, nearest
+        closest, _ = _measure_gaps(self, start.t, y[:d], y[d : 2 * d])
+        return OK, closest
 
     def length(self, gap: float, h: float) -> float:
         """Length of the steps here."""
@@ -499,14 +492,14 @@ class TimeStepper(NamedTuple):
             b.impulses[k] = 0.0
         for i in range(b.in_problem.shape[0]):
             b.in_problem[i] = False
-        nearest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
-        take_places(b.flexibility, b.staggered[0], b.places)
-        clear = nearest > self.near and nearest > 2.0 * h * fastest
+        closest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
+        take_places(b.flexibility, b.staggered[0], self.contacts)
+        clear = closest > self.near and closest > 2.0 * h * fastest
         found = _iterate(self, now.t, h, slot, clear, y)
         if found.status != OK:
             return refused(found.status, 0.0)
         _finish(self, end, h, found.contacts, found.supplied_power, y)
-        return Step(OK, True, end, length, NO_GUARD, nearest, 0.0, 0.0)
+        return Step(OK, True, end, length, NO_GUARD, closest)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Keep a sample if one is due."""
@@ -546,7 +539,7 @@ class TimeSteppingScheme(Scheme):
         """Acceleration, contact forces and states over the last step and counts of contacts: see `COUNTED`."""
         return size + (3 + COUNTED) * contacts
 
-    def fill_extra_state(self, prepared: Prepared, phase: Phase, y: Array, extra: Array) -> None:
+    def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:
         """Begin to count."""
         extra[:] = np.nan
         extra[-COUNTED * prepared.own.states.size :] = 0.0
@@ -554,14 +547,11 @@ class TimeSteppingScheme(Scheme):
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return STEPS_PER_CALL
 
-    def stepper(  # noqa: D102
-        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
-    ) -> TimeStepper:
-        assert phase.arrays is not None
+    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> TimeStepper:  # noqa: D102
         scratch = prepared.scratch
         return TimeStepper(
             prepared.system,
-            phase.arrays,
+            prepared.contacts,
             limits,
             scratch,
             prepared.own,

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, fit_shapes, place_of, touch_peg
+from oblique_impact.beam.axis import AxisShapes, ShapeFunctions, fit_shapes, place_of, place_record, touch_peg
 from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.contact.state import Candidate
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
-from oblique_impact.kernels.workspace import Array, Vectors
+from oblique_impact.kernels.workspace import SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT, VECTORS, Array
 from oblique_impact.modal.eigenfunctions import Eigenfunctions
 
 MODES = 5
@@ -44,14 +45,14 @@ def test_axis_of_all_nodes_is_that_of_shape_functions_of_the_mesh(x: float) -> N
     free, rng = nodal.free_dofs("hinged"), np.random.default_rng(2)
     B, Bd = 0.01 * rng.standard_normal((2, free.size))
     wanted = fit_shapes(lambda x: nodal.evaluate(x)[0].toarray()[:, free], nodal.nodes, 3)
-    found, kept = HermiteShapes.on(nodal.nodes), [Vectors.new(free.size + 1) for _ in range(2)]
+    found, kept = HermiteShapes.on(nodal.nodes), np.zeros((2, VECTORS, free.size + 1))
     found.bend(B, Bd)
-    axes = [shapes.bent_axis(x, B, v.polynomial) for shapes, v in zip((found, wanted), kept, strict=True)]
+    axes = [shapes.bent_axis(x, B) for shapes in (found, wanted)]
     np.testing.assert_allclose(axes[0], axes[1], rtol=1e-11, atol=1e-14)
     rates = [s.take_shapes(a, B, Bd, v) for s, a, v in zip((found, wanted), axes, kept, strict=True)]
     np.testing.assert_allclose(rates[0], rates[1], rtol=1e-11, atol=1e-14)
-    for name in ("scratch_a", "scratch_b", "shortening_product"):
-        a, b = (getattr(v, name)[1:] for v in kept)
+    for row in (SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT):
+        a, b = kept[:, row, 1:]
         np.testing.assert_allclose(a, b, rtol=1e-10, atol=1e-13)
 
 
@@ -67,7 +68,7 @@ def test_axis_of_eigenfunctions_is_theirs() -> None:
     B[:] = 0.01 * rng.standard_normal(16) / np.arange(1, 17) ** 2
     z, w = np.polynomial.legendre.leggauss(80)
     for x in rng.uniform(0.0, 1.0, 20):
-        axis = table.bent_axis(x, B, np.zeros(12))
+        axis = table.bent_axis(x, B)
         found = axis.u_y, axis.slope, axis.curvature
         for k in range(3):
             assert found[k] == pytest.approx(float(modes.derivative(np.array([x]), k)[0] @ B), abs=1e-13 * 100**k)
@@ -83,18 +84,17 @@ def test_rows_and_accelerations_are_derivatives(
 ) -> None:
     """Rates of gap and slip are differences in time of the gap; their own rates too."""
     rng = np.random.default_rng(3)
-    peg = Peg(where, 0.06, 0.005 + lever, lever, side)
+    peg = place_record(False, (where, 0.06, 0.005 + lever, lever, side, 0.0))
     position = np.concatenate([[0.15], _bent(rng)])
     velocity = np.concatenate([[1.5], 20.0 * _bent(rng)])
     acceleration = np.concatenate([[3.0], 400.0 * _bent(rng)])
-    v = Vectors.new(MODES + 1)
+    v, k, rows = np.zeros((VECTORS, MODES + 1)), Candidate(), np.zeros((2, MODES + 1))
 
     def at(t: float) -> tuple[Array, Array, Array]:
         """Gap and slip, their rates, their accelerations."""
         q, qd = position + t * velocity + 0.5 * t * t * acceleration, velocity + t * acceleration
         shapes.bend(q[1:], qd[1:])
-        k = touch_peg(shapes, 0.05, peg, q, qd, v)
-        rows = np.stack([v.normal_row, v.tangential_row])
+        touch_peg(shapes, 0.05, peg, q, qd, v, k, *rows)
         return np.array([k.gap, k.slip]), rows @ qd, rows @ acceleration + [k.gap_bias, k.slip_bias]
 
     def difference(which: int, h: float = 2e-4) -> Array:
@@ -112,11 +112,11 @@ def test_the_place_of_a_peg_is_found_however_much_the_beam_is_bent(
     shapes: AxisShapes | HermiteShapes, bent: float
 ) -> None:
     """There (r - c).r' = 0, on the beam or beyond its ends."""
-    rng, polynomial = np.random.default_rng(7), np.zeros(20)
+    rng = np.random.default_rng(7)
     for _ in range(300):
         B, (X, Y) = bent * _bent(rng) / 0.02, rng.uniform((-0.5, -0.5), (1.6, 0.5))
         shapes.bend(B, B)
-        x, axis = place_of(shapes, 0.05, X, Y, B, polynomial)
+        x, axis = place_of(shapes, 0.05, X, Y, B)
         steep = 1.0 - 0.5 * axis.slope**2
         away = (0.05 + x + axis.u_x - X) * steep + (axis.u_y - Y) * axis.slope
         steepness = abs(steep) + abs(axis.slope) + abs(axis.curvature)

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from oblique_impact import Scenario
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.kernels.workspace import dot
+from oblique_impact.contact.forces import touched
+from oblique_impact.kernels.workspace import SUPPLY, dot
 
 PIN = {}
 HUB = {"root__kind": "hub", "root__inertia": 0.02, "root__torque": 1.7}
@@ -108,7 +109,7 @@ def test_forces_are_lagranges_equations(name):
     """M q'' = Q with Q = dT/dq - (dM/dt) q' - dV/dq + torque (theta' + phi'(0) B')."""
     beam = beam_of(name)
     for q, qd in states(beam):
-        Q = evaluated(beam, q, qd)[0].vectors.forces
+        Q = evaluated(beam, q, qd)[0].forces
         derivatives = gradient(lambda x: mass_from_energy(beam, x), q, 1e-3)
         rate = np.einsum("kij,k->ij", derivatives, qd)
         slope = np.concatenate([[1.0], beam.operators.root_slope])
@@ -126,20 +127,23 @@ def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
     _, angle_rate, acceleration = beam.motion.at(T)
     for q, qd in states(beam):
         qd[0] = angle_rate
-        (driven, e), (loose, free_e) = evaluated(beam, q, qd), evaluated(free, q, qd)
-        M, Q = loose.mass, loose.vectors.forces
-        solution = np.linalg.solve(driven.mass, driven.vectors.forces)
+        (driven, e), (loose, _) = evaluated(beam, q, qd), evaluated(free, q, qd)
+        held, swinging = touched(beam.model, 0, T, q, qd, driven), touched(free.model, 0, T, q, qd, loose)
+        M, Q = loose.mass, loose.forces
+        solution = np.linalg.solve(driven.mass, driven.forces)
         assert solution[0] == pytest.approx(acceleration, rel=1e-14)
         assert_allclose(M[1:, 0] * acceleration + M[1:, 1:] @ solution[1:], Q[1:], rtol=1e-9, atol=1e-9)
         # the contact moves with the prescribed coordinate: same rates, its acceleration in the bias
-        for which, bias in (("normal_row", "gap_bias"), ("tangential_row", "slip_bias")):
-            total = getattr(loose.vectors, which) @ solution + getattr(free_e, bias)
-            assert getattr(driven.vectors, which)[0] == 0.0
-            assert getattr(driven.vectors, which) @ solution + getattr(e, bias) == pytest.approx(total, rel=1e-10)
-        assert_allclose(e[:4], free_e[:4], rtol=1e-14)
+        for which, bias in (("normal", "gap_bias"), ("tangential", "slip_bias")):
+            total = getattr(swinging, which) @ solution + getattr(swinging.contact, bias)
+            assert getattr(held, which)[0] == 0.0
+            found = getattr(held, which) @ solution + getattr(held.contact, bias)
+            assert found == pytest.approx(total, rel=1e-10)
+        for name in ("gap", "slip", "gap_rate", "slip_rate"):
+            assert getattr(held.contact, name) == pytest.approx(getattr(swinging.contact, name), rel=1e-14)
         # the driver's torque is what the row of theta lacks
         power = (M[0] @ solution - Q[0]) * angle_rate
-        assert e.supplied_power + dot(driven.vectors.supply, solution) == pytest.approx(power, rel=1e-10)
+        assert e.supplied_power + dot(driven.vectors[SUPPLY], solution) == pytest.approx(power, rel=1e-10)
 
 
 def test_full_mass_matrix_is_positive_where_the_first_order_is_not():

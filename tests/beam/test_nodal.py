@@ -6,9 +6,12 @@ from numpy.testing import assert_allclose
 
 from oblique_impact import Scenario, fem_beam
 from oblique_impact.beam.beam import Beam, FullBeam
+from oblique_impact.contact.forces import touch_contacts, touched
+from oblique_impact.contact.state import DIRECTION, RESPONSE, SLIDING, Candidate, Contacts
 from oblique_impact.fem_beam.reduction import eigenmodes
+from oblique_impact.kernels.workspace import FREE_ACCELERATION
 
-RESPONSES = {"normal_row": "normal_response", "tangential_row": "tangential_response"}
+KINEMATICS = ("gap", "slip", "gap_rate", "slip_rate", "gap_bias", "slip_bias")
 
 ROOTS = {"pin": {}, "hub": {"root__kind": "hub", "root__inertia": 0.05, "root__torque": 1.3}}
 SHAPES = {
@@ -36,6 +39,11 @@ def scenario_of(root="pin", shape="uniform", **changes):
     return Scenario().replace(**(base | ROOTS[root] | SHAPES[shape] | changes))
 
 
+def closed(size):
+    """One contact that slides."""
+    return Contacts.new([Candidate(state=SLIDING)], size, packed=False)
+
+
 class Pair:
     """One random state of a nodal beam, and the same state in all the modes of its mesh."""
 
@@ -52,6 +60,9 @@ class Pair:
         self.work, self.dense = self.full.model.new_workspace(), self.modal.model.new_workspace()
         self.found = self.full.model.evaluate(0.0, self.W, self.Wd, self.work)
         self.expected = self.modal.model.evaluate(0.0, self.q, self.qd, self.dense)
+        self.contacts, self.modal_contacts = closed(self.W.size), closed(self.q.size)
+        assert touch_contacts(self.full.model, self.contacts, 0.0, self.W, self.Wd, self.work) == 1
+        assert touch_contacts(self.modal.model, self.modal_contacts, 0.0, self.q, self.qd, self.dense) == 1
 
 
 @pytest.fixture(params=[(root, shape) for root in ROOTS for shape in SHAPES], ids="-".join)
@@ -60,23 +71,22 @@ def pair(request):
 
 
 def test_kinematics_and_forces(pair):
-    for name in ("gap", "slip", "gap_rate", "slip_rate", "gap_bias", "slip_bias", "damping_power"):
-        expected = getattr(pair.expected, name)
-        assert getattr(pair.found, name) == pytest.approx(expected, rel=1e-10, abs=1e-12), name
-    for which in RESPONSES:
-        assert_allclose(
-            pair.T.T @ getattr(pair.work.vectors, which), getattr(pair.dense.vectors, which), atol=1e-12
-        )
-    forces = pair.T.T @ pair.work.vectors.forces
-    assert_allclose(forces, pair.dense.vectors.forces, atol=1e-9 * np.abs(forces).max())
+    assert pair.found.damping_power == pytest.approx(pair.expected.damping_power, rel=1e-10, abs=1e-12)
+    for name in KINEMATICS:
+        expected = getattr(pair.modal_contacts.of(0), name)
+        assert getattr(pair.contacts.of(0), name) == pytest.approx(expected, rel=1e-10, abs=1e-12), name
+    assert_allclose(pair.contacts.rows[DIRECTION, 0] @ pair.T, pair.modal_contacts.rows[DIRECTION, 0], atol=1e-12)
+    forces = pair.T.T @ pair.work.forces
+    assert_allclose(forces, pair.dense.forces, atol=1e-9 * np.abs(forces).max())
 
 
 def test_accelerations_and_responses(pair):
-    assert pair.full.model.solve_mass(pair.found.rank_one, pair.work, True)
-    assert pair.modal.model.solve_mass(pair.expected.rank_one, pair.dense, True)
-    for which in ("free_acceleration", *RESPONSES.values()):
-        expected = pair.T @ getattr(pair.dense.vectors, which)
-        assert_allclose(getattr(pair.work.vectors, which), expected, atol=1e-9 * np.abs(expected).max())
+    assert pair.full.model.solve_mass(pair.found.rank_one, pair.work, pair.contacts, True)
+    assert pair.modal.model.solve_mass(pair.expected.rank_one, pair.dense, pair.modal_contacts, True)
+    found = np.vstack([pair.work.vectors[FREE_ACCELERATION], pair.contacts.rows[RESPONSE, 0]])
+    modal = np.vstack([pair.dense.vectors[FREE_ACCELERATION], pair.modal_contacts.rows[RESPONSE, 0]])
+    for one, expected in zip(found, modal @ pair.T.T, strict=True):
+        assert_allclose(one, expected, atol=1e-9 * np.abs(expected).max())
     assert pair.full.model.definiteness(pair.found.rank_one, pair.work) > 0.9
 
 
@@ -98,11 +108,9 @@ def test_places_that_touch_obstacles_move_as_in_all_modes():
     pair = Pair(scenario_of(**SHAPES["tapered"], **anywhere, slope__enabled=False, obstacles=obstacles))
     count = len(pair.modal.contact_places)
     assert count >= 5
-    pair.full.model.take_state(0.0, pair.W, pair.Wd, pair.work)
     for i in range(count):
-        found = pair.full.model.touch(i, 0.0, pair.W, pair.Wd, pair.work)
-        expected = pair.modal.model.touch(i, 0.0, pair.q, pair.qd, pair.dense)
-        assert_allclose(found[:6], expected[:6], rtol=1e-10, atol=1e-12)
-        for which in RESPONSES:
-            row = pair.T.T @ getattr(pair.work.vectors, which)
-            assert_allclose(row, getattr(pair.dense.vectors, which), atol=1e-12)
+        found, *rows = touched(pair.full.model, i, 0.0, pair.W, pair.Wd, pair.work)
+        expected, *modal_rows = touched(pair.modal.model, i, 0.0, pair.q, pair.qd, pair.dense)
+        for name in KINEMATICS:
+            assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-10, abs=1e-12), name
+        assert_allclose(np.array(rows) @ pair.T, modal_rows, atol=1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact.contact.complementarity import (
-    Candidate,
+    Closed,
     NoSolutionError,
     contact_forces,
     lemke,
@@ -69,7 +69,7 @@ def test_forces_obey_the_laws_of_contact_and_friction(seed):
     random = np.random.default_rng(seed)
     delassus, free = beam_like(random, 3), random.normal(size=(3, 2))
     candidates = [
-        Candidate(slip, -0.2 * slip, 0.25, push)
+        Closed(slip, -0.2 * slip, 0.25, push)
         for slip, push in zip(random.integers(-1, 2, 3), random.choice([None, None, 2.0], 3), strict=True)
     ]
     forces, accelerations, _ = contact_forces(delassus, free, candidates)
@@ -93,7 +93,7 @@ def test_a_rod_that_friction_drives_into_the_ground_is_painleve():
     """One sliding contact with A_nn + r A_nt < 0 that accelerates downwards (Painleve 1895)."""
     delassus = np.array([[1.0, 3.0], [3.0, 10.0]]).reshape(1, 2, 1, 2)
     with pytest.raises(RunEnded) as ended:
-        contact_forces(delassus, np.array([[-1.0, 0.0]]), [Candidate(1, -0.5, 0.5, None)])
+        contact_forces(delassus, np.array([[-1.0, 0.0]]), [Closed(1, -0.5, 0.5, None)])
     assert ended.value.outcome is Outcome.PAINLEVE
 
 
@@ -111,7 +111,7 @@ def test_a_plastic_impact_only_pushes_and_loses_the_least_energy_that_it_can(see
         assert np.sum((admissible - before) ** 2) >= np.sum((after - before) ** 2) - 1e-9
 
 
-def by_all_states(delassus: np.ndarray, free: np.ndarray, candidates: list[Candidate]) -> list[np.ndarray]:
+def by_all_states(delassus: np.ndarray, free: np.ndarray, candidates: list[Closed]) -> list[np.ndarray]:
     """Return the motions (n, 2) that contacts can have, by solving for each of them open, sliding and at rest."""
     n, found = len(candidates), list[np.ndarray]()
     matrix = delassus.reshape(2 * n, 2 * n)
@@ -147,7 +147,7 @@ def test_painleve_is_named_where_no_state_solves_the_problem_and_only_there(fric
         n = int(random.integers(1, 4))
         delassus, free = beam_like(random, n), 3.0 * random.normal(size=(n, 2))
         slips = random.integers(-1, 2, n)
-        candidates = [Candidate(int(slip), -friction * float(slip), friction, None) for slip in slips]
+        candidates = [Closed(int(slip), -friction * float(slip), friction, None) for slip in slips]
         motions = by_all_states(delassus, free, candidates)
         if not motions:
             named += 1
@@ -169,7 +169,7 @@ def test_two_contacts_open_where_lemke_ends_in_a_ray():
     """The gaps grow without forces: that solves the problem, and so do two contacts that slide."""
     rows = [[9.7, 2.2, 0.7, -5.2], [2.2, 2.9, 0.5, -0.3], [0.7, 0.5, 1.7, -0.6], [-5.2, -0.3, -0.6, 3.4]]
     delassus, free = np.array(rows).reshape(2, 2, 2, 2), np.array([[0.9, 7.5], [0.1, -0.6]])
-    candidates = [Candidate(0, 0.0, 5.0, None), Candidate(-1, 5.0, 5.0, None)]
+    candidates = [Closed(0, 0.0, 5.0, None), Closed(-1, 5.0, 5.0, None)]
     found = contact_forces(delassus, free, candidates)
     assert not found.forces.any()
     assert found.accelerations == pytest.approx(free)
@@ -180,7 +180,7 @@ def test_two_contacts_open_where_lemke_ends_in_a_ray():
 def test_redundant_contacts_at_rest_have_one_motion():
     """Two contacts at one place share their forces as they like: that is no other motion."""
     delassus = np.kron(np.ones((2, 2)), np.array([[2.0, 0.3], [0.3, 1.0]])).reshape(2, 2, 2, 2)
-    rests = Candidate(0, 0.0, 1.0, None)
+    rests = Closed(0, 0.0, 1.0, None)
     found = contact_forces(delassus, np.array([[-1.0, 0.2]] * 2), [rests, rests])
     assert not found.several
     assert found.accelerations == pytest.approx(np.zeros((2, 2)), abs=1e-12)

@@ -3,7 +3,7 @@
 import pytest
 
 from oblique_impact.contact.impacts import routh_impulse
-from oblique_impact.contact.state import Instant
+from oblique_impact.contact.state import Candidate
 
 
 @pytest.mark.parametrize(
@@ -12,7 +12,10 @@ from oblique_impact.contact.state import Instant
 def test_routh_after_the_slip_has_stopped(a_nt, mu, expected):
     """Slip -0.1 in, a_nn = a_tt = 1: the path by hand, piece by piece."""
     gap_rate, slip_rate = -1.0, -0.1
-    impulse = routh_impulse(Instant(0.0, 0.0, gap_rate, slip_rate, 1.0, a_nt, 1.0, -9.8, 0.0), 0.0, mu)
+    moving = Candidate(
+        gap_rate=gap_rate, slip_rate=slip_rate, a_nn=1.0, a_nt=a_nt, a_tt=1.0, gap_acceleration=-9.8
+    )
+    impulse = routh_impulse(moving, 0.0, mu)
     slip_growth, gap_growth = a_nt + mu, 1.0 + mu * a_nt
     if expected == "on":
         # friction and coupling work against each other: a_nt + mu < 0, the slip grows in its direction
@@ -32,8 +35,8 @@ def test_routh_after_the_slip_has_stopped(a_nt, mu, expected):
 
 def test_routh_passes_a_painleve_configuration():
     """a_nn - mu a_nt < 0: sliding drives the bodies together, but the slip stops before compression ends."""
-    instant = Instant(0.0, 0.0, -1.0, 1.0, 1.0, 0.8, 1.0, -9.8, 0.0)
-    impulse = routh_impulse(instant, 0.0, 1.5)
+    c = Candidate(gap_rate=-1.0, slip_rate=1.0, a_nn=1.0, a_nt=0.8, a_tt=1.0, gap_acceleration=-9.8)
+    impulse = routh_impulse(c, 0.0, 1.5)
     first = 1.0 / (1.5 * 1.0 - 0.8)  # until the slip stops; then |a_nt| < mu a_tt: it sticks
     second = (1.0 + (1.5 * 0.8 - 1.0) * first) / (1.0 - 0.8**2)
     assert impulse.normal == pytest.approx(first + second, rel=1e-14)

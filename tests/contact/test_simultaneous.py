@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 
 import numpy as np
@@ -9,10 +10,10 @@ import pytest
 
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
-from oblique_impact.contact.simultaneous import Change, ContactMachines, Group
-from oblique_impact.contact.state import GUARDS, LOWER, NORMAL, UPPER, Instant, Phase, State, Tolerances
+from oblique_impact.contact.simultaneous import ContactMachines
+from oblique_impact.contact.state import GUARDS, LOWER, NORMAL, UPPER, Candidate, State, Tolerances
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import ContactMachine, EventKind, StickCriterion
+from oblique_impact.contact.transitions import ContactMachine, EventKind, StickCriterion, Transition, stick_at
 
 TOLERANCES = Tolerances(gap=1e-12, force=1e-9, velocity=1e-11, time=1.0, energy=1.0)
 #: of two normals and two tangents; a push at one contact lifts the other half as much
@@ -20,61 +21,46 @@ DELASSUS = np.einsum("ab,cd->acbd", [[1.0, 0.5], [0.5, 1.0]], np.eye(2))
 EDGE = 0.3 * 9.8 / 1.5  # N, of the friction cone where each contact carries 9.8 / 1.5 N
 
 
-class One:
-    """The contact problem of one contact."""
-
-    def __init__(self, instant: Instant) -> None:
-        self.instant = instant
-
-
 class Both:
-    """The contact problem of two contacts under the weight of 1 kg each, by what differs from rest."""
+    """The contact problem of two contacts under the weight of 1 kg each, by what differs from rest in flight."""
 
-    def __init__(self, *contacts: dict[str, float]) -> None:
-        rest = {"gap": 0.0, "slip": 0.0, "gap_rate": 0.0, "slip_rate": 0.0}
+    def __init__(
+        self, *contacts: dict[str, float], states: Sequence[Candidate] = (Candidate(), Candidate())
+    ) -> None:
         problem = {"a_nn": 1.0, "a_tt": 1.0, "gap_acceleration": -9.8}
-        self.instants = [Instant(**{**rest, **problem, **changes}) for changes in contacts]
+        self.contacts = [c.changed(**{**problem, **changes}) for c, changes in zip(states, contacts, strict=True)]
 
-    def of(self, contact: int) -> One:
-        return One(self.instants[contact])
+    def of(self, contact: int) -> Candidate:
+        return self.contacts[contact]
 
     coupled = of
 
-    def together(self, contacts, impulses) -> Group:
+    def together(self, contacts, impulses):
         found = []
         for i in contacts:
             pushed = sum((DELASSUS[i, :, j] @ [p.normal, p.tangential] for j, p in impulses.items()), np.zeros(2))
-            at = self.instants[i]
-            found.append(at._replace(gap_rate=at.gap_rate + pushed[0], slip_rate=at.slip_rate + pushed[1]))
-        return Group(found, DELASSUS[np.ix_(contacts, [0, 1], contacts, [0, 1])])
+            at = self.contacts[i]
+            found.append(at.changed(gap_rate=at.gap_rate + pushed[0], slip_rate=at.slip_rate + pushed[1]))
+        return found, DELASSUS[np.ix_(contacts, [0, 1], contacts, [0, 1])]
 
 
 def machines(criterion: StickCriterion | None = None, stop: ElasticStop | None = None) -> ContactMachines:
-    one = ContactMachine(
-        Coulomb(0.3, 0.3), NewtonImpact(), TOLERANCES, stick_criterion=criterion, contact_law=stop
-    )
-    return ContactMachines([one, one], 4)
+    laws = Coulomb(0.3, 0.3), NewtonImpact(), TOLERANCES
+    options = {"stick_criterion": criterion, "contact_law": stop}
+    return ContactMachines([ContactMachine(*laws, **options, number=i) for i in range(2)])
 
 
-def in_states(table: ContactMachines, *states: Phase) -> Phase:
-    return table.changed(table.free(), dict(enumerate(states)))
-
-
-def stuck(table: ContactMachines) -> Phase:
-    return table.machines[0].closed_phase._replace(state=int(State.STICK))
-
-
-def directions(change: Change) -> dict[int, int]:
+def directions(change: Transition) -> dict[int, int]:
     """Direction of slip of each contact, 0 where it sticks."""
-    slips = {i: (p.friction.lower, p.friction.upper) for i, p in change.phases.items() if p.state == State.SLIP}
-    return {i: {(0.0, inf): 1, (-inf, 0.0): -1}[slips[i]] if i in slips else 0 for i in change.phases}
+    slips = {i: (c.lower, c.upper) for i, c in change.states.items() if c.state == State.SLIP}
+    return {i: {(0.0, inf): 1, (-inf, 0.0): -1}[slips[i]] if i in slips else 0 for i in change.states}
 
 
 @pytest.mark.parametrize("drive", [3.0, -3.0])
 def test_of_two_contacts_at_rest_the_one_slips_that_is_driven_beyond_its_cone(drive):
     """Both tangents are coupled: 3 m/s^2 is beyond what friction holds, what it does to the other is not."""
     table = machines()
-    change = table.start(table.free(), Both({"slip_acceleration": drive}, {}))
+    change = table.start(Both({"slip_acceleration": drive}, {}))
     assert directions(change) == {0: np.sign(drive), 1: 0}
     assert change.events == [(0, EventKind.IMPACT), (1, EventKind.IMPACT)]
 
@@ -82,10 +68,11 @@ def test_of_two_contacts_at_rest_the_one_slips_that_is_driven_beyond_its_cone(dr
 @pytest.mark.parametrize(("guard", "direction"), [(LOWER, -1), (UPPER, 1)])
 def test_the_end_of_stick_is_slip_though_rounding_puts_it_inside_of_the_cone(guard, direction):
     table = machines()
-    phase = in_states(table, stuck(table), stuck(table))
+    stuck = [stick_at(table.machines[0].opened(Candidate()))] * 2
     # friction holds the first at the edge of its cone, the second with a fifth of that
     drives = -DELASSUS[:, 1, :, 1] @ (-direction * EDGE * np.array([1.0 - 1e-12, 0.2]))
-    change = table.after_guard(phase, guard, [], Both(*({"slip_acceleration": drive} for drive in drives)))
+    probe = Both(*({"slip_acceleration": drive} for drive in drives), states=stuck)
+    change = table.after_guard(guard, [], probe)
     assert directions(change) == {0: direction, 1: 0}
     assert change.events == [(0, EventKind.SLIP)]
 
@@ -94,8 +81,8 @@ def test_impacts_that_alternate_end_with_both_contacts_closed():
     """The second has just been opened by an impact of the first: impulses that push leave no gap rate."""
     table = machines()
     probe = Both({"gap_rate": -2.0, "slip_rate": 1.0}, {"gap_rate": -1.5, "slip_rate": 1.0})
-    change = table.after_guard(table.free(), NORMAL, [1], probe)
-    after = probe.together([0, 1], change.impulses).rates()
+    change = table.after_guard(NORMAL, [1], probe)
+    after = [c.gap_rate for c in probe.together([0, 1], change.impulses)[0]]
     assert after == pytest.approx([0.0, 0.0], abs=1e-14)
     assert all(impulse.normal > 0.0 for impulse in change.impulses.values())
     # half the squares of the rates in the metric of the effective masses
@@ -108,9 +95,9 @@ def test_impacts_that_alternate_end_with_both_contacts_closed():
 @pytest.mark.parametrize("contact", [0, 1])
 def test_a_scheme_that_notices_stick_late_stops_the_contact_that_it_names(contact):
     table = machines(StickCriterion(0.01), ElasticStop(1e4))
-    slides = table.machines[0].slide(table.machines[0].closed_phase, 1e-3, 1)
-    probe = Both(*[{"gap": -1e-3, "slip_rate": 1e-3}] * 2)
-    change = table.after_guard(in_states(table, slides, slides), 2 * GUARDS + contact, [], probe)
+    slides = table.machines[0].slide(table.machines[0].opened(Candidate()), 1e-3, 1)
+    probe = Both(*[{"gap": -1e-3, "slip_rate": 1e-3}] * 2, states=[slides, slides])
+    change = table.after_guard(2 * GUARDS + contact, [], probe)
     assert directions(change) == {contact: 0}
     assert change.events == [(contact, EventKind.STICK)]
     assert change.stick_projections[contact].tangential == pytest.approx(-1e-3, rel=1e-12)

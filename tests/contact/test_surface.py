@@ -11,6 +11,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
+from oblique_impact.contact.forces import touched
 from oblique_impact.modal import Eigenfunctions
 
 FACE = {"contact__surface": "section", "contact__point": 0.8, "discretization__modes": 3}
@@ -68,9 +69,8 @@ def test_gap_slip_rows_rates_and_biases_are_those_of_the_moving_fibre(name):
         q, qd = 1e-2 * rng.normal(size=beam.size), rng.normal(size=beam.size)
         q[0], qd[0] = rng.uniform(-3.0, 3.0), rng.uniform(-6.0, 6.0)
         work = beam.model.new_workspace()
-        e = beam.model.evaluate(0.0, q, qd, work)
+        e, *rows = touched(beam.model, 0, 0.0, q, qd, work)
         np.testing.assert_allclose([e.gap, e.slip], place(scenario, q), rtol=0.0, atol=1e-13)
-        rows = np.array([work.vectors.normal_row, work.vectors.tangential_row])
         expected = np.array([next(derivatives(moving(scenario, q, unit), 1e-3)) for unit in np.eye(beam.size)]).T
         np.testing.assert_allclose(rows, expected, atol=1e-10)
         rates, accelerations = derivatives(moving(scenario, q, qd), 2e-3)
@@ -176,8 +176,7 @@ def test_what_the_modes_leave_out_adds_up_to_the_whole_flexibility():
         q = np.zeros(beam.size)
         q[0] = 1.3  # steep: the lever counts
         work = beam.model.new_workspace()
-        beam.model.evaluate(0.0, q, 0.0 * q, work)
-        across = work.vectors.normal_row[1:]
+        across = touched(beam.model, 0, 0.0, q, 0.0 * q, work).normal[1:]
         found.append(beam.residual(q).compliance + across @ np.linalg.solve(beam.operators.K, across))
     np.testing.assert_allclose(found, found[0], rtol=1e-9)
     # of a clamped beam with force and moment at x = a: a^3/3, a^2/2, a over E I (Roark, table 8.1)

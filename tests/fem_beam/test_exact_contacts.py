@@ -17,8 +17,8 @@ from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, exa
 from oblique_impact.fem_beam.exact import simulate as simulate_exact
 from oblique_impact.fem_beam.exact.stop import PointOnBeam
 from oblique_impact.history.samples import LAMBDA_N, gather
+from oblique_impact.marching.loop import Run
 from oblique_impact.marching.records import Record
-from oblique_impact.marching.several import run_of
 from oblique_impact.validation.runs import NEAR
 
 PEGS = ({"kind": "point", "origin": [0.4, -2e-3]}, {"kind": "point", "origin": [0.72, -4e-3], "radius": 1e-3})
@@ -192,7 +192,7 @@ def thrown(speed: float, extent: list[float]) -> Thrown:
     problem = exact_problem(given, replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
     beam = problem.system.beam
     problem.qd0[0::3] += speed * beam.x
-    record = run_of(problem).execute()
+    record = Run(problem).execute()
 
     def energies(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> Energies:
         return Energies(beam.kinetic_energy(v), beam.elastic_energy(q), -q @ beam.weight(given.gravity))

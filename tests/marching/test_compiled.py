@@ -16,7 +16,6 @@ logging.basicConfig(level=logging.INFO)
 import numba.core.codegen
 if sys.argv[1] == "plain":
     del numba.core.codegen.JITCodeLibrary
-    sys.modules["oblique_impact.kernels.reference"] = None  # an import of it is an ImportError
 """
 #: named tuples in each other, a method of theirs, and a helper that both call
 _SMALL = """
@@ -69,7 +68,7 @@ def test_where_names_of_numba_are_missing_the_plain_way_takes_over(tmp_path):
     usual, log = solved(tmp_path / "usual")
     assert "plain way" not in log
     plain, log = solved(tmp_path / "plain")
-    assert log.count("plain way") == 2
+    assert log.count("plain way") == 1
     assert plain == pytest.approx(usual, rel=1e-12)
 
 

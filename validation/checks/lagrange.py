@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative, discretization
+from oblique_impact.contact.forces import touched
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 
@@ -103,7 +104,7 @@ def floating_frame() -> Iterator[Measurement]:
             model.evaluate(0.0, q, qd, work)
             energy = (full_lagrangian if kinetics == "full" else first_order_lagrangian)(o, scenario.gravity)
             mass, force = lagrange(energy, q, qd)
-            compared = (("mass matrix", work.mass, mass), ("forces", work.vectors.forces, force))
+            compared = (("mass matrix", work.mass, mass), ("forces", work.forces, force))
             for what, marched, exact in compared:
                 quantity = f"{what}, {kinetics}, {name}: relative distance"
                 distance, tail = _relative(marched, exact), f"{what.split()[0]}-{kinetics}-{name}"
@@ -137,7 +138,7 @@ def nodal() -> list[Measurement]:
     columns = np.empty_like(mass)
     for k, e in enumerate(np.eye(full.size)):
         full.model.mass_product(evaluated.rank_one, work, e, columns[:, k])
-    of_mass, of_forces = _relative(columns, mass), _relative(work.vectors.forces, force)
+    of_mass, of_forces = _relative(columns, mass), _relative(work.forces, force)
     return [
         Measurement("mass: relative distance", of_mass, 0.0, "1", 5.0 * ROUNDING, _LAGRANGE, "mass"),
         Measurement("forces: relative distance", of_forces, 0.0, "1", ROUNDING, _LAGRANGE, "forces"),
@@ -165,15 +166,15 @@ def contact_rows() -> Iterator[Measurement]:
         q, qd = _state(o.size + 1, 1.0 / np.arange(1.0, o.size + 1) ** 2)
         model = Beam(scenario, o).model
         work = model.new_workspace()
-        e, v = model.evaluate(0.0, q, qd, work), work.vectors
+        e, normal, tangential = touched(model, 0, 0.0, q, qd, work)
         unit, h = np.eye(q.size), 1e-4
 
         def rate(at: Array, k: int, o: BeamOperators = o, s: Scenario = scenario, qd: Array = qd) -> float:
             return float(np.imag(_place(o, s, at + 1j * _STEP * qd)[k]) / _STEP)
 
         rows = (
-            ("gap", e.gap, v.normal_row, e.gap_rate, e.gap_bias),
-            ("slip", e.slip, v.tangential_row, e.slip_rate, e.slip_bias),
+            ("gap", e.gap, normal, e.gap_rate, e.gap_bias),
+            ("slip", e.slip, tangential, e.slip_rate, e.slip_bias),
         )
         for k, (kind, position, computed, speed, bias) in enumerate(rows):
             gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * u)[k]) / _STEP for u in unit])
@@ -198,7 +199,7 @@ def release() -> Measurement:
     q, qd = beam.initial_state()
     work = beam.model.new_workspace()
     beam.model.evaluate(0.0, q, qd, work)
-    computed = float(np.linalg.solve(work.mass, work.vectors.forces)[0])
+    computed = float(np.linalg.solve(work.mass, work.forces)[0])
     exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
     text = "closed form of the rigid bar"
     return Measurement("angular acceleration at the start", computed, exact, "rad/s²", ROUNDING * abs(exact), text)

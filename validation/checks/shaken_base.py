@@ -122,7 +122,7 @@ def moving_root() -> Iterator[Measurement]:
         found = model.evaluate(t, q[:-1], qd[:-1], work)
         a = acceleration * np.sin(2.0 * np.pi * (7.0 * t + 0.5 * 20.0 * t * t))
         exact = (force - a * mass[-1])[:-1]
-        distance = float(np.abs(work.vectors.forces - exact).max() / np.abs(exact).max())
+        distance = float(np.abs(work.forces - exact).max() / np.abs(exact).max())
         label = f"{frame} frame, {kinetics}"
         name = f"{frame}-{kinetics}"
         yield Measurement(f"forces, {label}: relative distance", distance, 0.0, "1", ROUNDING, text, name)

@@ -126,7 +126,7 @@ def _free_squares(frame: str, kinetics: str, eta: float = 5.0, modes: int = 8) -
             q = np.zeros(size)
             q[k] = sign * step
             model.evaluate(0.0, q, qd, work)
-            slopes[:, k] += sign * work.vectors.forces / (2.0 * step)
+            slopes[:, k] += sign * work.forces / (2.0 * step)
     model.evaluate(0.0, np.zeros(size), qd, work)
     # the spin couples to the elastic coordinates by Coriolis forces at second order only
     squares = np.linalg.eigvals(np.linalg.solve(work.mass, -0.5 * (slopes + slopes.T)))
