@@ -96,14 +96,13 @@ def observe_into(
         reported = y.shape[0] > tail and not np.isnan(y[tail])
         status = 0
         if reported:
-            touch_contacts(system, contacts, times[i], q, qd, w)
             copy(y[tail : tail + d], qdd[i])
         else:
             status = derivative(system, contacts, times[i], y, w, dy)
-            if status != 0:
-                touch_contacts(system, contacts, times[i], q, qd, w)
             for j in range(d):
                 qdd[i, j] = dy[d + j] if status == 0 else np.nan
+        if reported or status != 0:
+            touch_contacts(system, contacts, times[i], q, qd, w)
         for k in range(n):
             c = contacts.each[k]
             if reported:
