@@ -97,25 +97,3 @@ def align(
             i, j = i - 1, j - 1
             places.append((i, j))
     return places[::-1]
-
-
-def hausdorff_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the Hausdorff distance of two polylines, (points, 2) each: the right distance for curves with jumps.
-
-    Two curves that jump at slightly different times are close as sets though not at any one time.  Distances
-    are taken from the vertices of each to the segments of the other.
-    """
-    return max(_directed(a, b), _directed(b, a))
-
-
-def _directed(points: np.ndarray, line: np.ndarray) -> float:
-    """Return the largest distance of `points` from the segments of `line`."""
-    start, along = line[:-1], np.diff(line, axis=0)
-    square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
-    largest = 0.0
-    for some in np.array_split(points, max(1, len(points) // 256)):  # a few at a time: memory
-        offset = some[:, None] - start[None]
-        part = np.clip(np.einsum("pij,ij->pi", offset, along) / square, 0.0, 1.0)
-        gap = offset - part[..., None] * along
-        largest = max(largest, float(np.sqrt(np.einsum("pij,pij->pi", gap, gap).min(axis=1).max())))
-    return largest

@@ -19,7 +19,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
 from oblique_impact.validation import compare
-from oblique_impact.validation.event_pairs import align, hausdorff_distance
+from oblique_impact.validation.event_pairs import align
 from oblique_impact.validation.report import Table, readable
 
 END = 2.0
@@ -169,16 +169,6 @@ def test_alignment_is_the_best_there_is(a, b, limit):
 def test_bad_input_is_one_line():
     with pytest.raises(InputError, match="no time in common: 0 to 2 s and 5 to 6 s"):
         compare(step(1.0), made([5.0, 6.0], [0.0, 0.0]))
-
-
-def test_hausdorff_distance_of_curves_with_jumps():
-    """A step that comes a little later is as far as it is late, though the values differ by one."""
-    early = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
-    late = early + np.array([[0.0, 0.0], [0.01, 0.0], [0.01, 0.0], [0.0, 0.0]])
-    assert hausdorff_distance(early, late) == pytest.approx(0.01, abs=1e-15)
-    assert hausdorff_distance(early, early + np.array([0.0, 0.3])) == pytest.approx(0.3)
-    spike = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 5.0], [1.0, 0.0], [2.0, 0.0]])
-    assert hausdorff_distance(np.array([[0.0, 0.0], [2.0, 0.0]]), spike) == pytest.approx(5.0)
 
 
 # --- the command

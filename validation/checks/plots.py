@@ -13,7 +13,6 @@ from oblique_impact.beam.operators import SpinningBeam
 from oblique_impact.history.history import History
 from oblique_impact.renders import panels
 from oblique_impact.renders.style import GREY, SERIES
-from oblique_impact.renders.timeline import contact_spans
 from oblique_impact.validation.report import HALF, Picture, picture
 
 Array = NDArray[np.float64]
@@ -102,33 +101,6 @@ def impulse_law_figure(meshes: Mapping[str, tuple[Array, Array]], exact: tuple[A
         panels.draw_curves(axes, panels.Curves("impulse", "N s", curves), clock, width=1.1)
         axes.set(xlabel="time after the touch (ms)", ylim=(0.0, None))
         axes.legend(loc="lower right")
-    return result
-
-
-def energy_figure(history: History) -> Picture:
-    """Energies of the paper's case over time."""
-    caption = "Energies of the paper's case (hybrid, two modes): the total falls only in contacts, shaded."
-    with _drawing(caption, 3.2) as (result, axes):
-        clock = panels.clock(0.0, float(history["time"][-1]))
-        panels.draw_curves(axes, panels.energy(panels.Runs([history], [""])), clock, contact_spans(history))
-        axes.legend(ncols=4, loc="lower left", bbox_to_anchor=(-0.01, 1.0))
-    return result
-
-
-def mesh_convergence_figure(meshes: Array, errors: Array) -> Picture:
-    """Largest event-time difference over the number of elements, and a slope of order 4."""
-    caption = "Finite elements against six assumed modes: contact times of the first macro-collision."
-    with _drawing(caption, 3.2) as (result, axes):
-        axes.loglog(meshes, errors, "o-", color=SERIES[0], label="largest difference of a contact time")
-        slope = 0.3 * float(errors[-1]) * (meshes / meshes[-1]) ** -4.0
-        axes.loglog(meshes, slope, color=GREY, linewidth=0.9, linestyle="--", zorder=1)
-        middle = len(meshes) // 2
-        where = {"xy": (meshes[middle], slope[middle]), "xytext": (-4, -3), "textcoords": "offset points"}
-        axes.annotate("order 4", **where, color=GREY, ha="right", va="top")
-        axes.set(xlabel="elements", ylabel="time difference (s)")
-        axes.set(xticks=meshes, xticklabels=[str(n) for n in meshes])
-        axes.minorticks_off()
-        axes.legend()
     return result
 
 

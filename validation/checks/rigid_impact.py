@@ -96,18 +96,6 @@ def impulse_law() -> Evidence:
     return Evidence(found, [impulse_law_figure({k: curves[k] for k in list(curves)[::2]}, exact_curve)])
 
 
-@check(
-    "The series of the impulse has its closed values after a quarter and half of the first period.", seconds=0.2
-)
-def series() -> Iterator[Measurement]:
-    """J(T1/4) = m L v0/4 and J(T1/2) = m L v0/2, a check of the reference itself."""
-    period = 2.0 / np.pi * LENGTH**2 / WAVE
-    text = "closed value of the series"
-    for part in (4.0, 2.0):
-        impulse, exact = exact_impulse(period / part), MASS * LENGTH * SPEED / part
-        yield within(f"impulse after T1/{part:g}", impulse, exact, "N s", 1e-4, text, f"T1-{part:g}")
-
-
 @check("The first impulse on a mesh is the tip's effective mass times its speed.", seconds=0.5)
 def tip_mass() -> Iterator[Measurement]:
     """Impulse 0.0722100668 m h v0 and energy half of that times v0."""

@@ -70,20 +70,6 @@ def own_weight() -> Iterator[Measurement]:
         yield within(f"root moment, {name}", moment, exact, "N m", 1e-5, text, f"moment-{name}")
 
 
-@check("A heavy cantilever at 45 degrees up and down: its weight softens or stiffens it.", seconds=0.2)
-def inclined() -> Iterator[Measurement]:
-    """Tip deflection over that of the transverse load alone."""
-    for name, shapes in _SOURCES.items():
-        for degrees in (45, -45):
-            angle = np.radians(degrees)
-            tip, _ = _at_rest(_cantilever(angle, shapes))
-            ratio = -tip * 8.0 * BENDING / (MASS * GRAVITY * np.cos(angle))
-            exact = VALUES["7c-inclined"][str(degrees)]
-            quantity = f"deflection at {degrees} degrees over the linear one, {name}"
-            text = source("7c-inclined")
-            yield within(quantity, ratio, exact, "1", _ACCURACY[name], text, f"{name}{degrees:+d}")
-
-
 @check("Axial weight of the order of the buckling load amplifies the deflection.", seconds=0.2)
 def amplification() -> Iterator[Measurement]:
     """Compression 1 and 4 EI/L², tension 4 EI/L²."""
