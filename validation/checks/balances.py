@@ -142,12 +142,6 @@ def _integral(time: Array, values: Array) -> float:
     return float(CubicSpline(time, values).integrate(time[0], time[-1]))
 
 
-def first_order_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
-    """Momentum of theta in first-order kinetics: (J + Bᵀ (M1 - C) B) theta' + S B' (theory Sec. 3)."""
-    B, Bd = q[:, 1:], qd[:, 1:]
-    return np.asarray((o.J + np.einsum("si,ij,sj->s", B, o.M1 - o.C, B)) * qd[:, 0] + Bd @ o.S)
-
-
 def full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
     """Angular momentum about the pin, int m (r x v) dx, of the foreshortened beam with nothing dropped."""
     block = 256  # samples at a time, whose arrays stay in the cache
@@ -166,25 +160,25 @@ def _full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
     return np.asarray(mass * table.weights @ (x * transverse - y * axial))
 
 
-def _first_order_torque(o: BeamOperators, q: Array, gravity: float) -> Array:
+def _weight_torque(o: BeamOperators, q: Array, gravity: float) -> Array:
     """Moment of the weight about the pin, to second order in the deflection."""
     theta, B = q[:, 0], q[:, 1:]
     lever = np.cos(theta) * (o.Sm - 0.5 * np.einsum("si,ij,sj->s", B, o.D, B)) - np.sin(theta) * (B @ o.P)
     return np.asarray(-gravity * lever)
 
 
-def momentum_defects(history: History, kinetics: str) -> Array:
+def momentum_defects(history: History) -> Array:
     """Change of the angular momentum about the pin less the moments of weight and contact, by pieces (N m s)."""
     scenario = Scenario.from_toml(history.scenario_toml)
     o, slope = build_operators(scenario), scenario.slope
     time, q, qd = column(history, "time"), column(history, "q"), column(history, "qd")
-    momentum = (full_momentum if kinetics == "full" else first_order_momentum)(o, q, qd)
+    momentum = full_momentum(o, q, qd)
     s, c = np.sin(slope.angle), np.cos(slope.angle)
     x, y = column(history, "tip_x"), column(history, "tip_y")
     arm_n, arm_t = x * c + y * s, x * s - y * c  # moments of unit forces along the normal (-s, c) and (c, s)
     force = arm_n * np.nan_to_num(column(history, "lambda_n"))
     force += arm_t * np.nan_to_num(column(history, "lambda_tau"))
-    torque = force + _first_order_torque(o, q, scenario.gravity)
+    torque = force + _weight_torque(o, q, scenario.gravity)
     found = []
     for piece in pieces(time):
         if piece.size >= 4:
@@ -200,15 +194,16 @@ def momentum_defects(history: History, kinetics: str) -> Array:
 
 
 @check(
-    "Angular momentum about the frictionless pin changes by the moments of weight and contact alone.", seconds=2.0
+    "Full kinetics: angular momentum about the pin changes by the moments of weight and contact alone.",
+    seconds=1.0,
 )
 def angular_momentum() -> Iterator[Measurement]:
     """Largest defect of a phase or an impact, through a macro-collision."""
     text = "Euler's second law about the pin, int m (r x v) dx by quadrature"
-    for kinetics, frame in product(("first-order", "full"), ("tangent", "mean-axis")):
-        history = run("paper", *NEAR_FINE, f"discretization.kinetics={kinetics}", f"discretization.frame={frame}")
-        worst, name = float(np.abs(momentum_defects(history, kinetics)).max()), f"{kinetics}-{frame}"
-        yield Measurement(f"largest defect, {kinetics}, {frame}", worst, 0.0, "N m s", 1.5e-10, text, name)
+    for frame in ("tangent", "mean-axis"):
+        history = run("paper", *NEAR_FINE, "discretization.kinetics=full", f"discretization.frame={frame}")
+        worst = float(np.abs(momentum_defects(history)).max())
+        yield Measurement(f"largest defect, full, {frame}", worst, 0.0, "N m s", 1.5e-10, text, f"full-{frame}")
 
 
 @check(
