@@ -16,18 +16,15 @@ from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders import panels
 from oblique_impact.renders.style import GREY
 from oblique_impact.scenario.messages import counted
-from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
+from oblique_impact.validation.event_pairs import largest_difference, pair_events
 from oblique_impact.validation.report import (
-    Cell,
     Column,
     Picture,
     Section,
     Table,
     Text,
-    cell,
     listed,
     picture,
-    shown_unit,
 )
 from oblique_impact.validation.report.parameters import changed_keys
 from oblique_impact.validation.result import Result
@@ -44,9 +41,8 @@ MAX_SHIFT = 0.1
 SAME = 1e-12
 #: rows of a table of the report from which on it is folded
 _LONG = 30
-_COLLISION = {"start": "s", "end": "s", "contacts": "1"}
-_COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
-_ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
+#: quantities of each run, besides those that studies ask for
+_ASKED = ("contacts", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "energy_lost", "events")
 #: what the picture shows, if all histories have it and it is not 0 throughout, and what it is called
 _DRAWN = {
     "gap": "gap",
@@ -90,7 +86,6 @@ class _Pair(NamedTuple):
     name: str
     variables: pd.DataFrame
     events: pd.DataFrame
-    measures: pd.DataFrame
     #: times (s) that both cover
     span: tuple[float, float]
     #: part of the common time, events aligned, in which the contact states differ
@@ -146,9 +141,9 @@ def compare(left: History, *others: History, names: Sequence[str] = ()) -> Resul
         A row for each variable (of each other run): unit; `scale`, the range of both in the common span; and the
         root of the mean square over time (and along the beam), the largest difference with its sign and its time
         (s), each at equal times (`plain_...`) and on the common clock (`aligned_...`).  The tables are `events`
-        (times (s) and impulses (N s) of both, NaN without a partner), `measures` (collisions and energies) and
-        `pairs` (common span, numbers of events, `largest_shift` (s) of shared ones, part of the time in which
-        contact states differ, what is not compared); ``about["largest_shift"]`` is that of all.
+        (times (s) and impulses (N s) of both, NaN without a partner), `runs` (what studies measure, a column for
+        each) and `pairs` (common span, numbers of events, `largest_shift` (s) of shared ones, part of the time in
+        which contact states differ, what is not compared); ``about["largest_shift"]`` is that of all.
 
     Raises
     ------
@@ -183,10 +178,6 @@ def compare(left: History, *others: History, names: Sequence[str] = ()) -> Resul
     remarks += [pair.sentence(names[0]) for pair in pairs]
     warnings = zip(names, ("\n".join(one.summary.get("warnings", ())) for one in histories), strict=True)
     remarks += [f"warning ({listed(runs)}): {text}" for text, runs in same_warnings(warnings)]
-    tables = {
-        name: pd.concat([getattr(pair, name).assign(run=pair.name) for pair in pairs])
-        for name in ("events", "measures")
-    }
     return Result(
         f"Comparison of {listed(names)}",
         f"Runs side by side. Differences are those from {names[0]}.",
@@ -195,13 +186,17 @@ def compare(left: History, *others: History, names: Sequence[str] = ()) -> Resul
         _KINDS,
         {name: column for name, column in _SHOWN_COLUMNS.items() if several or name != "run"},
         "Differences, in the units of the variables. Variables that are 0 in both are left out.",
-        tables=tables | {"pairs": pd.DataFrame([pair.row() for pair in pairs]).set_index("run")},
+        tables={
+            "events": pd.concat([pair.events.assign(run=pair.name) for pair in pairs]),
+            "runs": _runs(dict(zip(names, histories, strict=True))),
+            "pairs": pd.DataFrame([pair.row() for pair in pairs]).set_index("run"),
+        },
         remarks=remarks,
         rule=_RULE,
         scenarios=scenarios,
         histories=dict(zip(names, histories, strict=True)),
         about={"largest_shift": max(largest_difference(pair.shared) for pair in pairs)},
-        overview=lambda result: [_runs(result), _picture(result), _envelopes(result)],
+        overview=lambda result: [_run_table(result), _picture(result), _envelopes(result)],
         sections=_sections,
     )
 
@@ -214,9 +209,8 @@ def _pair(left: History, right: History, name: str) -> _Pair:
     if min(t.size for t in times) < 2 or not start < end:
         covered = " and ".join(f"{t[0]:g} to {t[-1]:g} s" for t in times)
         raise InputError(f"compare: the histories have no time in common: {covered}")
-    limit = MAX_SHIFT * (end - start)
     logs = [[event for event in history.events if start <= event.time <= end] for history in both]
-    pairs = pair_events(logs[0], logs[1], limit)
+    pairs = pair_events(logs[0], logs[1], MAX_SHIFT * (end - start))
     aligned = _on_common_clock(times, pairs, end - start)
     every = dict.fromkeys(str(name) for history in both for name in history.data.data_vars)
     rows = {name: _difference(name, both, times, aligned) for name in every if _comparable(name, left, right)}
@@ -225,7 +219,6 @@ def _pair(left: History, right: History, name: str) -> _Pair:
         name,
         variables[variables["scale"] > 0.0],
         pairs,
-        _measures(left, right, (start, end), limit),
         (start, end),
         _disagreement(aligned, [history["state"].values for history in both]),
         [name for name in every if name not in rows and name != "state"],
@@ -343,44 +336,15 @@ def _comparable(name: str, left: History, right: History) -> bool:
     return a.dims == b.dims and a.dtype.kind not in "iu" and lengths[0] == lengths[1]
 
 
-def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
-    """Return the table of collisions and energies."""
-    rows = left.macro_collisions, right.macro_collisions
-    begins = [[float(m["start"]) for m in found] for found in rows]
-    places = align(begins[0], begins[1], [""] * len(begins[0]), [""] * len(begins[1]), limit)
-    both = [({} if i is None else rows[0][i], {} if j is None else rows[1][j]) for i, j in places]
-    # one that goes on after the shorter history is cut there
-    whole = [m for m in both if all(not one or span[0] <= one["start"] <= one["end"] <= span[1] for one in m)]
-    measures = {
-        f"collision {number}: {key.replace('_', ' ')}": [unit, *(one.get(key, np.nan) for one in collisions)]
-        for number, collisions in enumerate(whole, start=1)
-        for key, unit in _COLLISION.items()
-    }
-    if abs(column(right, "time")[-1] - column(left, "time")[-1]) <= SAME * (span[1] - span[0]):
-        for key in _ENERGIES:
-            energies = (history.balance.get(key, np.nan) for history in (left, right))
-            measures[f"energy: {key.replace('_', ' ')}"] = ["J", *energies]
-    frame = pd.DataFrame.from_dict(measures, orient="index", columns=["unit", "left", "right"])
-    frame = frame.rename_axis("measure")
-    frame["difference"] = frame["right"].astype(float) - frame["left"].astype(float)
-    return frame
-
-
-# --- report
-
-
-def _runs(result: Result) -> Table:
-    """Return the table of the runs, a column for each."""
-    histories = result.histories.values()
-    asked = [name for one in histories if one.scenario for name in default_quantities(one.scenario)]
-    asked = list(dict.fromkeys([*asked, "energy_lost", "events"]))
-    found = [measure(history, asked) for history in histories]
-    rows: list[list[Any]] = [["outcome", "", *(Cell(one["outcome"], "number") for one in found)]]
-    rows += [["end of the run", "s", *(cell(one["stopped_at"]) for one in found)]]
-    for q in map(quantity, asked):
-        values = [_clear(one[q.name], q.unit, one["energy"]) for one in found]
-        rows.append([q.meaning, shown_unit(q.unit), *(cell(value, 5) for value in values)])
-    return Table(["quantity", "unit", *result.histories], rows, "The runs.", wide=(0,))
+def _runs(histories: dict[str, History]) -> pd.DataFrame:
+    """Return the quantities of the runs, a row each, with a column for each run."""
+    asked = [name for one in histories.values() if one.scenario for name in default_quantities(one.scenario)]
+    found = {name: measure(history, [*asked, *_ASKED]) for name, history in histories.items()}
+    rows = [("end", "end of the run", "s", *(one["stopped_at"] for one in found.values()))]
+    for q in map(quantity, dict.fromkeys([*asked, *_ASKED])):
+        values = (_clear(one[q.name], q.unit, one["energy"]) for one in found.values())
+        rows.append((q.name, q.meaning, q.unit, *values))
+    return pd.DataFrame(rows, columns=["quantity", "meaning", "unit", *histories]).set_index("quantity")
 
 
 def _clear(value: float, unit: str, energy: float) -> float:
@@ -388,15 +352,21 @@ def _clear(value: float, unit: str, energy: float) -> float:
     return 0.0 if unit == "J" and abs(value) < ROUNDING * energy else value
 
 
+# --- report
+
+
+def _run_table(result: Result) -> Table:
+    """Return the table of the runs, a column for each."""
+    columns = {"meaning": Column("quantity", text=True), "unit": Column()}
+    columns |= {name: Column(name, 5) for name in result.histories}
+    return Table.of_frame(result.tables["runs"], "The runs.", columns)
+
+
 def _sections(result: Result) -> Iterator[Section]:
-    """Yield the parts of each pair: events, collisions and energies, what is not compared."""
+    """Yield the parts of each pair: variables if there are several pairs, events, what is not compared."""
     left, *others = result.histories
-    energy = max(abs(one.balance[key]) for one in result.histories.values() for key in ("initial", "final"))
     for right in others:
-        variables, events, measures = (
-            frame[frame["run"] == right]
-            for frame in (result.frame, result.tables["events"], result.tables["measures"])
-        )
+        variables, events = (frame[frame["run"] == right] for frame in (result.frame, result.tables["events"]))
         if len(others) > 1:
             columns = {name: one for name, one in result.columns.items() if name != "run"}
             yield Section(
@@ -410,16 +380,6 @@ def _sections(result: Result) -> Iterator[Section]:
         columns["time_difference"] = Column("difference (s)", 2)
         table = Table.of_frame(events, "Events; – where there is no partner.", columns)
         yield Section(f"{right}: events", [table], "", counted(len(events), "row"), len(events) <= _LONG)
-        for name in ("left", "right", "difference"):
-            clear = [
-                _clear(value, unit, energy) for value, unit in zip(measures[name], measures["unit"], strict=True)
-            ]
-            measures = measures.assign(**{name: clear})
-        columns = {"measure": Column("quantity"), "unit": Column(), "left": Column(left), "right": Column(right)}
-        table = Table.of_frame(
-            measures, "Macro-collisions and energies.", columns | {"difference": Column(digits=2)}
-        )
-        yield Section(f"{right}: collisions and energies", [table])
         skipped = result.tables["pairs"].loc[right, "not_compared"]
         words = f"Not compared, which only one run has, or in other coordinates: {skipped.replace(' ', ', ')}."
         yield Section(f"{right}: not compared", [Text(words) if skipped else None])
