@@ -80,15 +80,6 @@ def losses() -> Iterator[Measurement]:
         yield Measurement(quantity, cases, float(losing), "1", 0.0, given, f"there-{kind}")
 
 
-@check("A hub's torque supplies torque times angle.", seconds=0.5)
-def torque() -> Measurement:
-    """Work of a constant torque."""
-    history = run("paper", *_SHORT, *_LEDGERS["hub"])
-    turned = float(column(history, "theta")[-1] - column(history, "theta")[0])
-    supplied = history.summary["energy"]["supplied"]
-    return within("energy supplied", supplied, -2.0 * turned, "J", ROUNDING, "work of a constant torque")
-
-
 @check("Free flight conserves the energy: both frames, first-order and full kinetics, both discretizations.", 2.0)
 def free_flight() -> Iterator[Measurement]:
     """Largest change over the largest kinetic energy in 0.2 s at 20 rad/s."""
