@@ -19,7 +19,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
 from oblique_impact.validation import compare
-from oblique_impact.validation.event_pairs import align
+from oblique_impact.validation.comparison import align
 from oblique_impact.validation.report import Table, readable
 
 END = 2.0

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
-from oblique_impact.validation.comparison import compare
-from oblique_impact.validation.event_pairs import largest_difference, pair_events
+from oblique_impact.validation.comparison import compare, largest_difference, pair_events
 from oblique_impact.validation.runs import (
     FRICTIONLESS,
     MEAN_AXIS,
