@@ -188,17 +188,3 @@ def contact_rows() -> Iterator[Measurement]:
             quantity, tail = f"acceleration bias of the {kind}, {name}", f"{kind}-bias-{name}"
             allowed = 3e-7 * max(1.0, abs(bent))
             yield Measurement(quantity, bias, bent, "m/s²", allowed, text, tail)
-
-
-@check("A beam at rest that is let go starts with the rigid bar's angular acceleration.", seconds=0.2)
-def release() -> Measurement:
-    """Compare theta'' with -3 g cos(theta)/(2 L): the mean-axis frame turns like the rigid body."""
-    scenario = Scenario.builtin("paper", list(_CASES["mean-axis"]))
-    beam = Beam(scenario, build_operators(scenario))
-    q, qd = beam.initial_state()
-    work = beam.model.new_workspace()
-    beam.model.evaluate(0.0, q, qd, work)
-    computed = float(np.linalg.solve(work.mass, work.vectors.forces)[0])
-    exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
-    text = "closed form of the rigid bar"
-    return Measurement("angular acceleration at the start", computed, exact, "rad/s²", ROUNDING * abs(exact), text)

@@ -113,28 +113,6 @@ def elastic() -> list[Measurement]:
     return [*found, Measurement("largest force", peak, wanted["peak"], "N", 5e-5, text, "peak")]
 
 
-@check("A beam strikes a peg that is far softer than itself, as a rigid bar does.", seconds=0.6)
-def rigid_limit() -> list[Measurement]:
-    """Impulse 2 J omega/a and duration of the contact, half a period of the bar on its spring, without weight."""
-    place, speed, found = 0.6, 0.02, []
-    for stiffness in (500.0, 250.0):
-        keys = "discretization.frame=mean-axis discretization.modes=4 gravity=0 initial.angle=1e-3 end_time=0.3 "
-        keys += f"initial.angular_velocity={-speed} contact.friction=frictionless contact.normal=spring"
-        peg = f'obstacles=[{{kind = "point", origin = [{place}, 0.0], stiffness = {stiffness}}}]'
-        scenario = Scenario.builtin("two-pegs", [*keys.split(), peg])
-        (contact,) = simulate(scenario).contacts
-        bar = Sections.from_scenario(scenario)
-        half_period = np.pi / place * np.sqrt(bar.inertia / stiffness)
-        found.append((contact.normal_impulse, (contact.end - contact.start) / half_period))
-    wanted, duration = 2.0 * bar.inertia * speed / place, 2.0 * found[1][1] - found[0][1]
-    return [
-        Measurement("impulse, 250 N/m", found[1][0], wanted, "N s", 1e-5 * wanted, "2 J omega/a", "impulse"),
-        Measurement(
-            "duration over that of a bar", duration, 1.0, "1", 1e-4, "linear in the stiffness", "duration"
-        ),
-    ]
-
-
 @check("A hub's torque draws the tip over the edge of an elastic table and back.", seconds=1.0)
 def handover() -> list[Measurement]:
     """Jump of the force where tip and corner take over from each other, and the balance of energy.
