@@ -28,11 +28,10 @@ from oblique_impact.validation.report import (
 )
 from oblique_impact.validation.report.parameters import changed_keys
 from oblique_impact.validation.result import Result
-from oblique_impact.validation.runs import column
+from oblique_impact.validation.runs import Array, column
 from oblique_impact.validation.studies.quantities import default_quantities, quantity
 from oblique_impact.validation.studies.study import measure, same_warnings
 
-Array = NDArray[np.float64]
 Pair = tuple[Array, Array]
 
 #: events further apart than this part of the common span are not the same event

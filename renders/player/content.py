@@ -20,7 +20,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.contact_map import closed_samples
-from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.geometry import Array, BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.player.page_charts import PageChart, evenly, page_charts
 from oblique_impact.renders.story import ColourScale, Story
@@ -28,7 +28,6 @@ from oblique_impact.renders.style import COLOUR_MAP
 from oblique_impact.renders.surroundings import DrawnObstacle, drawn_obstacles
 from oblique_impact.renders.timeline import TimeMap, rate_text
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FACTORS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # by which a reader can magnify the deflection

@@ -14,7 +14,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from oblique_impact.renders import panels
 from oblique_impact.renders.charts import draw_over_film, film_clock, mark_times
@@ -23,7 +22,6 @@ from oblique_impact.renders.panels import Curve, Curves
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import LIGHT, Theme, figure_style
 
-Array = NDArray[np.float64]
 Item = TypeVar("Item")
 
 _SIZE = 640, 120  # pixels of a chart, for which vibrations become bands; the page stretches it

@@ -21,7 +21,7 @@ from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, NODAL, SPRING, run
+from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, NODAL, SPRING, run, run_exact
 
 check = checks_of("absolute", "Absolute coordinates")
 
@@ -40,10 +40,9 @@ def _exact(*words: str, slenderness: float = 0.0) -> History:
     """Run the exact beam, without shear and rotary inertia, or with a part `slenderness` of its thickness."""
     contact = () if "contact.enabled=false" in words else _TOUCHING
     scenario = Scenario.builtin("paper", [*_ABSOLUTE, *contact, *words])
-    own = ElasticSections.of(scenario)
-    return simulate(
-        scenario, sections=own.slender(slenderness) if slenderness else ElasticSections.bernoulli_euler(scenario)
-    )
+    if not slenderness:
+        return run_exact(scenario)
+    return simulate(scenario, sections=ElasticSections.of(scenario).slender(slenderness))
 
 
 # --- statics and flight

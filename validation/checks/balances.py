@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import pairwise, product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
@@ -14,11 +13,10 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
-from oblique_impact.validation.runs import NEAR, NEAR_FINE, NODAL, column, run
+from oblique_impact.validation.runs import NEAR, NEAR_FINE, NODAL, Array, column, run
 
 check = checks_of("balances", "Balances: energy, impulse, angular momentum")
 
-Array = NDArray[np.float64]
 
 _LEDGERS: dict[str, tuple[str, ...]] = {
     "hybrid": (),

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.comparison import compare, largest_difference, pair_events
@@ -22,7 +21,6 @@ from oblique_impact.validation.runs import (
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
 
-Array = NDArray[np.float64]
 _SIX = ("discretization.frame=mean-axis", "discretization.modes=6", "end_time=0.335")
 _ELEMENTS = ("discretization.method=fem", "discretization.elements=64")
 _TEXT = "two discretizations of one beam with the same spectral content: order 4 (theory Sec. 6)"

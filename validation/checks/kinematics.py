@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
-from oblique_impact.validation.runs import NEAR_FINE, column, run
+from oblique_impact.validation.runs import NEAR_FINE, Array, column, run
 
 check = checks_of("kinematics", "Contact kinematics")
 
-Array = NDArray[np.float64]
 _METHODS = {"modal": (), "fem": ("discretization.method=fem",)}
 
 

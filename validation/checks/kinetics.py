@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.history.history import History
@@ -13,7 +12,7 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import column, run
+from oblique_impact.validation.runs import Array, column, run
 
 check = checks_of("kinetics", "First-order against full kinetics")
 frames = checks_of("frames", "Tangent against mean-axis frame")
@@ -23,7 +22,7 @@ _DROPPED = "first-order kinetics drop cubic terms of T, forces of second order i
 _TEXT = "nothing-dropped kinetic energy by quadrature (theory Sec. 3)"
 
 
-def tip_at(history: History, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def tip_at(history: History, times: Array) -> Array:
     """Inertial tip positions (2, times)."""
     return np.stack([np.interp(times, column(history, "time"), column(history, n)) for n in ("tip_x", "tip_y")])
 

@@ -10,16 +10,15 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative, discretization
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.runs import Array
 
 check = checks_of("equations", "Equations of motion against Lagrange's")
 
-Array = NDArray[np.float64]
 Energy = Callable[[Any, Any], Any]
 _STEP = 1e-30
 _CASES = {

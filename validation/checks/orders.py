@@ -6,18 +6,16 @@ from collections.abc import Callable, Iterator
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from oblique_impact import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, simulate_system
 from oblique_impact.contact.friction import ModifiedCoulomb
 from oblique_impact.validation.checks.registry import Measurement, checks_of
-from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, SPRING, event_times, run
+from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, SPRING, Array, event_times, run
 from oblique_impact.validation.small_systems import Particle, PinnedBar
 
 check = checks_of("orders", "Order of every integrator")
 
-Array = NDArray[np.float64]
 _PENDULUM = PinnedBar(mass=1.0, length=1.5, gravity=9.8, slope=0.0, offset=0.0)
 _START, _END = 0.6, 0.3  # rad, s: before it meets the slope
 

@@ -7,15 +7,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import SpinningBeam
 from oblique_impact.history.history import History
 from oblique_impact.renders import panels
 from oblique_impact.renders.style import SERIES
 from oblique_impact.validation.report import HALF, Picture, picture
+from oblique_impact.validation.runs import Array
 
-Array = NDArray[np.float64]
 _PUBLISHED: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "black", "markersize": 4}
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from oblique_impact.history.sample_times import first_sample, last_sample
@@ -14,11 +13,10 @@ from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.plots import impulse_law_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import FRICTIONLESS, MEAN_AXIS, NODAL, column, event_times, run
+from oblique_impact.validation.runs import FRICTIONLESS, MEAN_AXIS, NODAL, Array, column, event_times, run
 
 check = checks_of("rigid-impact", "Rigid impact against the exact impulse law")
 
-Array = NDArray[np.float64]
 BENDING, MASS, LENGTH, SPEED = 541.27, 0.86874, 1.0, 3.77
 WAVE = float(np.sqrt(BENDING / MASS))  # c (m²/s)
 #: a hinged beam that turns as a rigid one and meets a stop with its tip at t = 0

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import BeamOperators, build_operators
@@ -15,10 +14,10 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import Array
 
 check = checks_of("statics", "Statics")
 
-Array = NDArray[np.float64]
 
 MASS, BENDING, GRAVITY = 0.86874, 541.27, 9.8
 _MODAL, _FEM = {"method": "modal", "modes": 40}, {"method": "fem", "modes": 32, "elements": 16}

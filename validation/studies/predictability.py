@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.errors import InputError, Outcome
@@ -25,10 +24,9 @@ from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.validation.report import Column, Picture, picture
 from oblique_impact.validation.result import Result
+from oblique_impact.validation.runs import Array
 from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.study import FAILURES, StudyRun, run_study
-
-Array = NDArray[np.float64]
 
 PREDICTABLE, SENSITIVE, UNPREDICTABLE, UNKNOWN = "predictable", "sensitive", "not predictable", "no verdict"
 #: growths that separate the verdicts: what the motion carries along is about 1, rounding is 1e-16 of a time
