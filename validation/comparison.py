@@ -82,42 +82,21 @@ _SHOWN_COLUMNS = {
 class _Pair(NamedTuple):
     """A run beside the first one; differences are those of it from that one."""
 
-    name: str
     variables: pd.DataFrame
     events: pd.DataFrame
-    #: times (s) that both cover
-    span: tuple[float, float]
-    #: part of the common time, events aligned, in which the contact states differ
-    state_disagreement: float
-    #: variables that cannot be compared
-    skipped: list[str]
+    #: row of the table of pairs, see `compare`
+    about: dict[str, Any]
 
-    @property
-    def shared(self) -> pd.DataFrame:
-        """Events that both have."""
-        return self.events[self.events["time_difference"].notna()]
 
-    def alone(self, side: str) -> pd.DataFrame:
-        """Return the events that only the "left" or the "right" run has."""
-        return self.events[self.events[f"{'right' if side == 'left' else 'left'}_time"].isna()]
-
-    def row(self) -> dict[str, Any]:
-        """Return the row of the table of pairs."""
-        counts = {"shared_events": len(self.shared)}
-        counts |= {f"only_{side}": len(self.alone(side)) for side in ("left", "right")}
-        about = {"run": self.name, "start": self.span[0], "end": self.span[1], **counts}
-        about |= {"largest_shift": largest_difference(self.shared), "state_disagreement": self.state_disagreement}
-        return about | {"not_compared": " ".join(self.skipped)}
-
-    def sentence(self, first: str) -> str:
-        """Return how events and contact states agree."""
-        shared, both = len(self.shared), [len(self.shared) + len(self.alone(side)) for side in ("left", "right")]
-        apart = f", which are at most {largest_difference(self.shared):.2g} s apart" if shared else ""
-        return (
-            f"{first} and {self.name} share {shared} of {both[0]} and {both[1]} events between {self.span[0]:g} "
-            f"and {self.span[1]:g} s{apart}; their contact states differ in {100.0 * self.state_disagreement:.2g} "
-            "% of the time"
-        )
+def _sentence(first: str, about: dict[str, Any]) -> str:
+    """Return how the events and contact states of a pair agree."""
+    shared, differ = about["shared_events"], 100.0 * about["state_disagreement"]
+    apart = f", which are at most {about['largest_shift']:.2g} s apart" if shared else ""
+    return (
+        f"{first} and {about['run']} share {shared} of {shared + about['only_left']} and "
+        f"{shared + about['only_right']} events between {about['start']:g} and {about['end']:g} s{apart}; their "
+        f"contact states differ in {differ:.2g} % of the time"
+    )
 
 
 def compare(left: History, *others: History, names: Sequence[str] = ()) -> Result:
@@ -167,34 +146,34 @@ def compare(left: History, *others: History, names: Sequence[str] = ()) -> Resul
     names = names or [f"run {number}" for number in range(1, len(histories) + 1)]
     pairs = [_pair(left, other, name) for other, name in zip(others, names[1:], strict=True)]
     several = len(pairs) > 1
-    scenarios = {name: history.scenario for name, history in zip(names, histories, strict=True)}
+    runs = dict(zip(names, histories, strict=True))
+    scenarios = {name: history.scenario for name, history in runs.items()}
     changed = [f"{key} ({', '.join(map(str, values))})" for key, values in changed_keys(scenarios).items()]
     words = f"{counted(len(changed), 'key')} {'differs' if len(changed) == 1 else 'differ'}"
     remarks = [f"{words}: {', '.join(changed)}" if changed else "no key differs"]
-    for name, history in zip(names, histories, strict=True):
-        if history.outcome is not Outcome.COMPLETED:
-            remarks.append(f"{name}: {history.outcome.label}")
-    remarks += [pair.sentence(names[0]) for pair in pairs]
-    warnings = zip(names, ("\n".join(one.summary.get("warnings", ())) for one in histories), strict=True)
-    remarks += [f"warning ({listed(runs)}): {text}" for text, runs in same_warnings(warnings)]
+    stopped = {name: history.outcome for name, history in runs.items() if history.outcome is not Outcome.COMPLETED}
+    remarks += [f"{name}: {outcome.label}" for name, outcome in stopped.items()]
+    remarks += [_sentence(names[0], pair.about) for pair in pairs]
+    warnings = ((name, "\n".join(history.summary.get("warnings", ()))) for name, history in runs.items())
+    remarks += [f"warning ({listed(having)}): {text}" for text, having in same_warnings(warnings)]
     return Result(
         f"Comparison of {listed(names)}",
         f"Runs side by side. Differences are those from {names[0]}.",
         "variables",
-        pd.concat([pair.variables.assign(run=pair.name) for pair in pairs]),
+        pd.concat([pair.variables for pair in pairs]),
         _KINDS,
         {name: column for name, column in _SHOWN_COLUMNS.items() if several or name != "run"},
         "Differences, in the units of the variables. Variables that are 0 in both are left out.",
         tables={
-            "events": pd.concat([pair.events.assign(run=pair.name) for pair in pairs]),
-            "runs": _runs(dict(zip(names, histories, strict=True))),
-            "pairs": pd.DataFrame([pair.row() for pair in pairs]).set_index("run"),
+            "events": pd.concat([pair.events for pair in pairs]),
+            "runs": _runs(runs),
+            "pairs": pd.DataFrame([pair.about for pair in pairs]).set_index("run"),
         },
         remarks=remarks,
         rule=_RULE,
         scenarios=scenarios,
-        histories=dict(zip(names, histories, strict=True)),
-        about={"largest_shift": max(largest_difference(pair.shared) for pair in pairs)},
+        histories=runs,
+        about={"largest_shift": max(pair.about["largest_shift"] for pair in pairs)},
         overview=lambda result: [_run_table(result), _picture(result), _envelopes(result)],
         sections=_sections,
     )
@@ -213,15 +192,19 @@ def _pair(left: History, right: History, name: str) -> _Pair:
     aligned = _on_common_clock(times, pairs, end - start)
     every = dict.fromkeys(str(name) for history in both for name in history.data.data_vars)
     rows = {name: _difference(name, both, times, aligned) for name in every if _comparable(name, left, right)}
-    variables = pd.DataFrame(rows.values(), pd.Index(rows, name="variable"))
-    return _Pair(
-        name,
-        variables[variables["scale"] > 0.0],
-        pairs,
-        (start, end),
-        _disagreement(aligned, [history["state"].values for history in both]),
-        [name for name in every if name not in rows and name != "state"],
-    )
+    variables = pd.DataFrame(rows.values(), pd.Index(rows, name="variable")).assign(run=name)
+    about = {
+        "run": name,
+        "start": start,
+        "end": end,
+        "shared_events": int(pairs["time_difference"].notna().sum()),
+        "only_left": int(pairs["right_time"].isna().sum()),
+        "only_right": int(pairs["left_time"].isna().sum()),
+        "largest_shift": largest_difference(pairs[pairs["time_difference"].notna()]),
+        "state_disagreement": _disagreement(aligned, [history["state"].values for history in both]),
+        "not_compared": " ".join(name for name in every if name not in rows and name != "state"),
+    }
+    return _Pair(variables[variables["scale"] > 0.0], pairs.assign(run=name), about)
 
 
 # --- variables

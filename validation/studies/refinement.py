@@ -127,25 +127,15 @@ def judge(refined: RefinementSeries, runs: pd.DataFrame, tolerance: float) -> tu
         a = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
         if without_limit and not refined.within and a.verdict != NO_VERDICT:
             a = a.undetermined(without_limit)
-        # what has no limit over modes has converged at one number of them only
-        alone = (
-            f"{refined.within}{' alone' if without_limit else ''}" if a.verdict in (CONVERGED, CONVERGING) else ""
-        )
+        verdict = a.verdict
+        if verdict in (CONVERGED, CONVERGING):
+            # what has no limit over modes has converged at one number of them only
+            verdict += f"{refined.within}{' alone' if without_limit else ''}"
         about = {"series": refined.name, "quantity": name, "unit": q.unit}
-        row = {
-            "value": values[-1],
-            "uncertainty": a.uncertainty,
-            "limit": a.limit,
-            "order": a.order,
-            "noise": a.noise,
-        }
-        row |= {
-            "verdict": a.verdict + alone,
-            "because": gaps[-1] or a.reason,
-            "meaning": q.meaning,
-            "scale": scale,
-        }
-        rows.append(about | row | {"declared": declared, "without_limit": without_limit})
+        found = {name: getattr(a, name) for name in ("uncertainty", "limit", "order", "noise")}
+        words = {"verdict": verdict, "because": gaps[-1] or a.reason, "meaning": q.meaning}
+        judged = {"scale": scale, "declared": declared, "without_limit": without_limit}
+        rows.append({**about, "value": values[-1], **found, **words, **judged})
         place = {"level": refined.levels, "h": h, "outcome": runs["outcome"].tolist(), "gap": gaps}
         levels.append(pd.concat([pd.DataFrame({**about, **place}), a.levels.drop(columns="size")], axis=1))
     return pd.DataFrame(rows), pd.concat(levels, ignore_index=True)
