@@ -133,12 +133,6 @@ def _integral(time: Array, values: Array) -> float:
 
 def full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
     """Angular momentum about the pin, int m (r x v) dx, of the foreshortened beam with nothing dropped."""
-    block = 256  # samples at a time, whose arrays stay in the cache
-    blocks = (slice(k, k + block) for k in range(0, len(q), block))
-    return np.concatenate([_full_momentum(o, q[part], qd[part]) for part in blocks])
-
-
-def _full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
     table, mass = o.stations.quadrature, o.sections.mass / o.sections.length
     B, Bd, spin = q[:, 1:].T, qd[:, 1:].T, qd[:, 0]
     slope, slope_rate = table.slopes @ B, table.slopes @ Bd
