@@ -1,4 +1,4 @@
-"""Histories compared: their events aligned, everything they sampled, their collisions; with a report."""
+"""Histories compared: their events aligned, everything they sampled; with a report."""
 
 from __future__ import annotations
 
