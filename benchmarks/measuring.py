@@ -18,7 +18,7 @@ from rich.table import Table
 
 from oblique_impact import Scenario
 from oblique_impact.beam_problem import beam_of, beam_problem
-from oblique_impact.marching.several import run_of
+from oblique_impact.marching.loop import Run
 from oblique_impact.marching.stepped import SteppedRun
 
 
@@ -44,7 +44,7 @@ def call_cost(call: Callable[[], Any]) -> tuple[float, Any]:
 
 def march_cost(scenario: Scenario) -> float:
     """Return the processor seconds of marching."""
-    kind = SteppedRun if scenario.solver.scheme == "time-stepping" else run_of
+    kind = SteppedRun if scenario.solver.scheme == "time-stepping" else Run
     return call_cost(kind(beam_problem(beam_of(scenario))).execute)[0]
 
 

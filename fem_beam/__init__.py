@@ -7,9 +7,8 @@
 `beam_mesh`        mesh with a node at the contact point
 """
 
-from oblique_impact.fem_beam.full import build_nodal
 from oblique_impact.fem_beam.mesh import beam_mesh
 from oblique_impact.fem_beam.nodal import NodalBeam
-from oblique_impact.fem_beam.reduction import build_operators, spectrum
+from oblique_impact.fem_beam.reduction import build_nodal, build_operators, spectrum
 
 __all__ = ["NodalBeam", "beam_mesh", "build_nodal", "build_operators", "spectrum"]

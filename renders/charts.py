@@ -13,13 +13,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from oblique_impact.renders.geometry import Array
 from oblique_impact.renders.layout import Box
 from oblique_impact.renders.panels import Clock, Curves, draw_curves
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.timeline import TimeMap, contact_spans
-
-Array = NDArray[np.float64]
 
 _FAINT = 0.3  # strength of the future
 _LABEL, _AXIS = 9.5, 10.5  # points, where text has 10

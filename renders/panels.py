@@ -13,7 +13,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
@@ -21,11 +20,10 @@ from oblique_impact.history.sample_times import last_sample
 from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.renders.bands import drawn
 from oblique_impact.renders.contact_map import draw_contact_map
-from oblique_impact.renders.geometry import contact_gap
+from oblique_impact.renders.geometry import Array, contact_gap
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import LIGHT, Theme
 
-Array = NDArray[np.float64]
 Dash = Literal["-", "--", ":"]
 
 #: what an envelope is drawn of, and the variables along the beam that these are

@@ -75,7 +75,7 @@ def with_tolerances(scenario: Scenario) -> Iterator[tuple[str, float, float]]:
 def rows_of_checks(folder: Path) -> Iterator[tuple[str, float, float]]:
     """Yield the numbers of `validate`, each with a hundredth of the tolerance of its check."""
     for result in validate(folder):
-        yield f"{result.id}: {result.quantity}", float(result.computed), float(result.tolerance) / 100.0
+        yield f"{result.Index}: {result.quantity}", float(result.computed), float(result.tolerance) / 100.0
 
 
 def kept() -> dict[str, list[tuple[str, float, float]]]:

@@ -1,8 +1,8 @@
-"""Histories compared: their events aligned, everything they sampled, their collisions; with a report."""
+"""Histories compared: their events aligned, everything they sampled; with a report."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,31 +11,27 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.validity.integration import ROUNDING
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.history.events import Event
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders import panels
 from oblique_impact.renders.style import GREY
 from oblique_impact.scenario.messages import counted
-from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
 from oblique_impact.validation.report import (
-    Cell,
     Column,
     Picture,
     Section,
     Table,
     Text,
-    cell,
     listed,
     picture,
-    shown_unit,
 )
 from oblique_impact.validation.report.parameters import changed_keys
 from oblique_impact.validation.result import Result
-from oblique_impact.validation.runs import column
+from oblique_impact.validation.runs import Array, column
 from oblique_impact.validation.studies.quantities import default_quantities, quantity
 from oblique_impact.validation.studies.study import measure, same_warnings
 
-Array = NDArray[np.float64]
 Pair = tuple[Array, Array]
 
 #: events further apart than this part of the common span are not the same event
@@ -44,9 +40,8 @@ MAX_SHIFT = 0.1
 SAME = 1e-12
 #: rows of a table of the report from which on it is folded
 _LONG = 30
-_COLLISION = {"start": "s", "end": "s", "contacts": "1"}
-_COLLISION |= {"normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
-_ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
+#: quantities of each run, besides those that studies ask for
+_ASKED = ("contacts", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "energy_lost", "events")
 #: what the picture shows, if all histories have it and it is not 0 throughout, and what it is called
 _DRAWN = {
     "gap": "gap",
@@ -87,43 +82,21 @@ _SHOWN_COLUMNS = {
 class _Pair(NamedTuple):
     """A run beside the first one; differences are those of it from that one."""
 
-    name: str
     variables: pd.DataFrame
     events: pd.DataFrame
-    measures: pd.DataFrame
-    #: times (s) that both cover
-    span: tuple[float, float]
-    #: part of the common time, events aligned, in which the contact states differ
-    state_disagreement: float
-    #: variables that cannot be compared
-    skipped: list[str]
+    #: row of the table of pairs, see `compare`
+    about: dict[str, Any]
 
-    @property
-    def shared(self) -> pd.DataFrame:
-        """Events that both have."""
-        return self.events[self.events["time_difference"].notna()]
 
-    def alone(self, side: str) -> pd.DataFrame:
-        """Return the events that only the "left" or the "right" run has."""
-        return self.events[self.events[f"{'right' if side == 'left' else 'left'}_time"].isna()]
-
-    def row(self) -> dict[str, Any]:
-        """Return the row of the table of pairs."""
-        counts = {"shared_events": len(self.shared)}
-        counts |= {f"only_{side}": len(self.alone(side)) for side in ("left", "right")}
-        about = {"run": self.name, "start": self.span[0], "end": self.span[1], **counts}
-        about |= {"largest_shift": largest_difference(self.shared), "state_disagreement": self.state_disagreement}
-        return about | {"not_compared": " ".join(self.skipped)}
-
-    def sentence(self, first: str) -> str:
-        """Return how events and contact states agree."""
-        shared, both = len(self.shared), [len(self.shared) + len(self.alone(side)) for side in ("left", "right")]
-        apart = f", which are at most {largest_difference(self.shared):.2g} s apart" if shared else ""
-        return (
-            f"{first} and {self.name} share {shared} of {both[0]} and {both[1]} events between {self.span[0]:g} "
-            f"and {self.span[1]:g} s{apart}; their contact states differ in {100.0 * self.state_disagreement:.2g} "
-            "% of the time"
-        )
+def _sentence(first: str, about: dict[str, Any]) -> str:
+    """Return how the events and contact states of a pair agree."""
+    shared, differ = about["shared_events"], 100.0 * about["state_disagreement"]
+    apart = f", which are at most {about['largest_shift']:.2g} s apart" if shared else ""
+    return (
+        f"{first} and {about['run']} share {shared} of {shared + about['only_left']} and "
+        f"{shared + about['only_right']} events between {about['start']:g} and {about['end']:g} s{apart}; their "
+        f"contact states differ in {differ:.2g} % of the time"
+    )
 
 
 def compare(left: History, *others: History, names: Sequence[str] = ()) -> Result:
@@ -146,9 +119,9 @@ def compare(left: History, *others: History, names: Sequence[str] = ()) -> Resul
         A row for each variable (of each other run): unit; `scale`, the range of both in the common span; and the
         root of the mean square over time (and along the beam), the largest difference with its sign and its time
         (s), each at equal times (`plain_...`) and on the common clock (`aligned_...`).  The tables are `events`
-        (times (s) and impulses (N s) of both, NaN without a partner), `measures` (collisions and energies) and
-        `pairs` (common span, numbers of events, `largest_shift` (s) of shared ones, part of the time in which
-        contact states differ, what is not compared); ``about["largest_shift"]`` is that of all.
+        (times (s) and impulses (N s) of both, NaN without a partner), `runs` (what studies measure, a column for
+        each) and `pairs` (common span, numbers of events, `largest_shift` (s) of shared ones, part of the time in
+        which contact states differ, what is not compared); ``about["largest_shift"]`` is that of all.
 
     Raises
     ------
@@ -173,35 +146,35 @@ def compare(left: History, *others: History, names: Sequence[str] = ()) -> Resul
     names = names or [f"run {number}" for number in range(1, len(histories) + 1)]
     pairs = [_pair(left, other, name) for other, name in zip(others, names[1:], strict=True)]
     several = len(pairs) > 1
-    scenarios = {name: history.scenario for name, history in zip(names, histories, strict=True)}
+    runs = dict(zip(names, histories, strict=True))
+    scenarios = {name: history.scenario for name, history in runs.items()}
     changed = [f"{key} ({', '.join(map(str, values))})" for key, values in changed_keys(scenarios).items()]
     words = f"{counted(len(changed), 'key')} {'differs' if len(changed) == 1 else 'differ'}"
     remarks = [f"{words}: {', '.join(changed)}" if changed else "no key differs"]
-    for name, history in zip(names, histories, strict=True):
-        if history.outcome is not Outcome.COMPLETED:
-            remarks.append(f"{name}: {history.outcome.label}")
-    remarks += [pair.sentence(names[0]) for pair in pairs]
-    warnings = zip(names, ("\n".join(one.summary.get("warnings", ())) for one in histories), strict=True)
-    remarks += [f"warning ({listed(runs)}): {text}" for text, runs in same_warnings(warnings)]
-    tables = {
-        name: pd.concat([getattr(pair, name).assign(run=pair.name) for pair in pairs])
-        for name in ("events", "measures")
-    }
+    stopped = {name: history.outcome for name, history in runs.items() if history.outcome is not Outcome.COMPLETED}
+    remarks += [f"{name}: {outcome.label}" for name, outcome in stopped.items()]
+    remarks += [_sentence(names[0], pair.about) for pair in pairs]
+    warnings = ((name, "\n".join(history.summary.get("warnings", ()))) for name, history in runs.items())
+    remarks += [f"warning ({listed(having)}): {text}" for text, having in same_warnings(warnings)]
     return Result(
         f"Comparison of {listed(names)}",
         f"Runs side by side. Differences are those from {names[0]}.",
         "variables",
-        pd.concat([pair.variables.assign(run=pair.name) for pair in pairs]),
+        pd.concat([pair.variables for pair in pairs]),
         _KINDS,
         {name: column for name, column in _SHOWN_COLUMNS.items() if several or name != "run"},
         "Differences, in the units of the variables. Variables that are 0 in both are left out.",
-        tables=tables | {"pairs": pd.DataFrame([pair.row() for pair in pairs]).set_index("run")},
+        tables={
+            "events": pd.concat([pair.events for pair in pairs]),
+            "runs": _runs(runs),
+            "pairs": pd.DataFrame([pair.about for pair in pairs]).set_index("run"),
+        },
         remarks=remarks,
         rule=_RULE,
         scenarios=scenarios,
-        histories=dict(zip(names, histories, strict=True)),
-        about={"largest_shift": max(largest_difference(pair.shared) for pair in pairs)},
-        overview=lambda result: [_runs(result), _picture(result), _envelopes(result)],
+        histories=runs,
+        about={"largest_shift": max(pair.about["largest_shift"] for pair in pairs)},
+        overview=lambda result: [_run_table(result), _picture(result), _envelopes(result)],
         sections=_sections,
     )
 
@@ -214,22 +187,24 @@ def _pair(left: History, right: History, name: str) -> _Pair:
     if min(t.size for t in times) < 2 or not start < end:
         covered = " and ".join(f"{t[0]:g} to {t[-1]:g} s" for t in times)
         raise InputError(f"compare: the histories have no time in common: {covered}")
-    limit = MAX_SHIFT * (end - start)
     logs = [[event for event in history.events if start <= event.time <= end] for history in both]
-    pairs = pair_events(logs[0], logs[1], limit)
+    pairs = pair_events(logs[0], logs[1], MAX_SHIFT * (end - start))
     aligned = _on_common_clock(times, pairs, end - start)
     every = dict.fromkeys(str(name) for history in both for name in history.data.data_vars)
     rows = {name: _difference(name, both, times, aligned) for name in every if _comparable(name, left, right)}
-    variables = pd.DataFrame(rows.values(), pd.Index(rows, name="variable"))
-    return _Pair(
-        name,
-        variables[variables["scale"] > 0.0],
-        pairs,
-        _measures(left, right, (start, end), limit),
-        (start, end),
-        _disagreement(aligned, [history["state"].values for history in both]),
-        [name for name in every if name not in rows and name != "state"],
-    )
+    variables = pd.DataFrame(rows.values(), pd.Index(rows, name="variable")).assign(run=name)
+    about = {
+        "run": name,
+        "start": start,
+        "end": end,
+        "shared_events": int(pairs["time_difference"].notna().sum()),
+        "only_left": int(pairs["right_time"].isna().sum()),
+        "only_right": int(pairs["left_time"].isna().sum()),
+        "largest_shift": largest_difference(pairs[pairs["time_difference"].notna()]),
+        "state_disagreement": _disagreement(aligned, [history["state"].values for history in both]),
+        "not_compared": " ".join(name for name in every if name not in rows and name != "state"),
+    }
+    return _Pair(variables[variables["scale"] > 0.0], pairs.assign(run=name), about)
 
 
 # --- variables
@@ -343,44 +318,15 @@ def _comparable(name: str, left: History, right: History) -> bool:
     return a.dims == b.dims and a.dtype.kind not in "iu" and lengths[0] == lengths[1]
 
 
-def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
-    """Return the table of collisions and energies."""
-    rows = left.macro_collisions, right.macro_collisions
-    begins = [[float(m["start"]) for m in found] for found in rows]
-    places = align(begins[0], begins[1], [""] * len(begins[0]), [""] * len(begins[1]), limit)
-    both = [({} if i is None else rows[0][i], {} if j is None else rows[1][j]) for i, j in places]
-    # one that goes on after the shorter history is cut there
-    whole = [m for m in both if all(not one or span[0] <= one["start"] <= one["end"] <= span[1] for one in m)]
-    measures = {
-        f"collision {number}: {key.replace('_', ' ')}": [unit, *(one.get(key, np.nan) for one in collisions)]
-        for number, collisions in enumerate(whole, start=1)
-        for key, unit in _COLLISION.items()
-    }
-    if abs(column(right, "time")[-1] - column(left, "time")[-1]) <= SAME * (span[1] - span[0]):
-        for key in _ENERGIES:
-            energies = (history.balance.get(key, np.nan) for history in (left, right))
-            measures[f"energy: {key.replace('_', ' ')}"] = ["J", *energies]
-    frame = pd.DataFrame.from_dict(measures, orient="index", columns=["unit", "left", "right"])
-    frame = frame.rename_axis("measure")
-    frame["difference"] = frame["right"].astype(float) - frame["left"].astype(float)
-    return frame
-
-
-# --- report
-
-
-def _runs(result: Result) -> Table:
-    """Return the table of the runs, a column for each."""
-    histories = result.histories.values()
-    asked = [name for one in histories if one.scenario for name in default_quantities(one.scenario)]
-    asked = list(dict.fromkeys([*asked, "energy_lost", "events"]))
-    found = [measure(history, asked) for history in histories]
-    rows: list[list[Any]] = [["outcome", "", *(Cell(one["outcome"], "number") for one in found)]]
-    rows += [["end of the run", "s", *(cell(one["stopped_at"]) for one in found)]]
-    for q in map(quantity, asked):
-        values = [_clear(one[q.name], q.unit, one["energy"]) for one in found]
-        rows.append([q.meaning, shown_unit(q.unit), *(cell(value, 5) for value in values)])
-    return Table(["quantity", "unit", *result.histories], rows, "The runs.", wide=(0,))
+def _runs(histories: dict[str, History]) -> pd.DataFrame:
+    """Return the quantities of the runs, a row each, with a column for each run."""
+    asked = [name for one in histories.values() if one.scenario for name in default_quantities(one.scenario)]
+    found = {name: measure(history, [*asked, *_ASKED]) for name, history in histories.items()}
+    rows = [("end", "end of the run", "s", *(one["stopped_at"] for one in found.values()))]
+    for q in map(quantity, dict.fromkeys([*asked, *_ASKED])):
+        values = (_clear(one[q.name], q.unit, one["energy"]) for one in found.values())
+        rows.append((q.name, q.meaning, q.unit, *values))
+    return pd.DataFrame(rows, columns=["quantity", "meaning", "unit", *histories]).set_index("quantity")
 
 
 def _clear(value: float, unit: str, energy: float) -> float:
@@ -388,15 +334,113 @@ def _clear(value: float, unit: str, energy: float) -> float:
     return 0.0 if unit == "J" and abs(value) < ROUNDING * energy else value
 
 
+# --- events
+
+
+def pair_events(left: Sequence[Event], right: Sequence[Event], max_shift: float = np.inf) -> pd.DataFrame:
+    """Align two event logs: the longest common sequence of kinds and states that is closest in time.
+
+    Parameters
+    ----------
+    left, right : sequence of Event
+        In the order of time.
+    max_shift : float
+        Events further apart (s) are not a pair.
+
+    Returns
+    -------
+    DataFrame
+        A row for each event, in the order of time: kind, state after it, times (s) and normal impulses (N s) of
+        both, and their differences, right minus left; NaN without a partner.
+    """
+    times = [[event.time for event in events] for events in (left, right)]
+    kinds = [[(event.kind, event.state) for event in events] for events in (left, right)]
+    rows = []
+    for i, j in align(times[0], times[1], kinds[0], kinds[1], max_shift):
+        one, other = None if i is None else left[i], None if j is None else right[j]
+        event = one or other
+        assert event is not None
+        row: dict[str, object] = {"kind": event.kind.value, "state": event.state.name.lower()}
+        for side, found in (("left", one), ("right", other)):
+            row |= {f"{side}_time": found.time, f"{side}_impulse": found.normal_impulse} if found else {}
+        rows.append(row)
+    numbers = ["left_time", "left_impulse", "right_time", "right_impulse"]
+    pairs = pd.DataFrame(rows, columns=["kind", "state", *numbers]).astype(dict.fromkeys(numbers, float))
+    for name in ("time", "impulse"):
+        pairs[f"{name}_difference"] = pairs[f"right_{name}"] - pairs[f"left_{name}"]
+    return pairs
+
+
+def largest_difference(pairs: pd.DataFrame) -> float:
+    """Return the largest difference of paired event times (s); infinity if an event has no partner."""
+    return float(pairs["time_difference"].abs().fillna(np.inf).max()) if len(pairs) else 0.0
+
+
+def align(
+    left: Sequence[float],
+    right: Sequence[float],
+    left_kinds: Sequence[Hashable],
+    right_kinds: Sequence[Hashable],
+    max_shift: float = np.inf,
+) -> list[tuple[int | None, int | None]]:
+    """Pair two sequences of instants in order: as many pairs as possible, and of these the closest in time.
+
+    Parameters
+    ----------
+    left, right : sequence of float
+        Times (s), ascending.
+    left_kinds, right_kinds : sequence
+        Only instants of one kind make a pair.
+    max_shift : float
+        Instants further apart (s) are not a pair.
+
+    Returns
+    -------
+    list of tuple
+        Indices (left, right) in the order of time, None where one has no partner: the longest common subsequence
+        with the smallest sum of time differences.
+    """
+    same = np.array([[a == b for b in right_kinds] for a in left_kinds], dtype=bool).reshape(len(left), len(right))
+    apart = np.abs(np.subtract.outer(np.asarray(left, dtype=float), np.asarray(right, dtype=float)))
+    largest = float(np.max(apart, initial=0.0)) or 1.0
+    # all time differences together count less than one pair
+    gain = 1.0 - apart / largest / (2.0 * max(1, min(apart.shape)))
+    gain[~same | (apart > max_shift)] = -np.inf
+    score = np.zeros((len(left) + 1, len(right) + 1))
+    for i in range(len(left)):
+        score[i + 1, 1:] = np.maximum.accumulate(np.maximum(score[i, 1:], score[i, :-1] + gain[i]))
+    places: list[tuple[int | None, int | None]] = []
+    i, j = apart.shape
+    while i or j:  # read the pairs off the table, last to first; of two without a partner the later one first
+        skip_left = i > 0 and score[i, j] == score[i - 1, j]
+        skip_right = j > 0 and score[i, j] == score[i, j - 1]
+        if skip_left and not (skip_right and right[j - 1] > left[i - 1]):
+            i -= 1
+            places.append((i, None))
+        elif skip_right:
+            j -= 1
+            places.append((None, j))
+        else:
+            i, j = i - 1, j - 1
+            places.append((i, j))
+    return places[::-1]
+
+
+# --- report
+
+
+def _run_table(result: Result) -> Table:
+    """Return the table of the runs, a column for each."""
+    columns = {"meaning": Column("quantity", text=True), "unit": Column()}
+    columns |= {name: Column(name, 5) for name in result.histories}
+    return Table.of_frame(result.tables["runs"], "The runs.", columns)
+
+
 def _sections(result: Result) -> Iterator[Section]:
-    """Yield the parts of each pair: events, collisions and energies, what is not compared."""
+    """Yield the parts of each pair: variables if there are several pairs, events, what is not compared."""
     left, *others = result.histories
-    energy = max(abs(one.balance[key]) for one in result.histories.values() for key in ("initial", "final"))
     for right in others:
-        variables, events, measures = (
-            frame[frame["run"] == right]
-            for frame in (result.frame, result.tables["events"], result.tables["measures"])
-        )
+        variables, events = (frame[frame["run"] == right] for frame in (result.frame, result.tables["events"]))
         if len(others) > 1:
             columns = {name: one for name, one in result.columns.items() if name != "run"}
             yield Section(
@@ -410,16 +454,6 @@ def _sections(result: Result) -> Iterator[Section]:
         columns["time_difference"] = Column("difference (s)", 2)
         table = Table.of_frame(events, "Events; – where there is no partner.", columns)
         yield Section(f"{right}: events", [table], "", counted(len(events), "row"), len(events) <= _LONG)
-        for name in ("left", "right", "difference"):
-            clear = [
-                _clear(value, unit, energy) for value, unit in zip(measures[name], measures["unit"], strict=True)
-            ]
-            measures = measures.assign(**{name: clear})
-        columns = {"measure": Column("quantity"), "unit": Column(), "left": Column(left), "right": Column(right)}
-        table = Table.of_frame(
-            measures, "Macro-collisions and energies.", columns | {"difference": Column(digits=2)}
-        )
-        yield Section(f"{right}: collisions and energies", [table])
         skipped = result.tables["pairs"].loc[right, "not_compared"]
         words = f"Not compared, which only one run has, or in other coordinates: {skipped.replace(' ', ', ')}."
         yield Section(f"{right}: not compared", [Text(words) if skipped else None])

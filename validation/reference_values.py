@@ -1,4 +1,4 @@
-"""ReferenceValue values of closed forms, published benchmarks and other programs, with their sources.
+"""Reference values of closed forms, published benchmarks and other programs, with their sources.
 
 The table is `reference_values.toml`; all is in SI units but the frequencies of its items 1 and 2.
 """
@@ -6,6 +6,7 @@ The table is `reference_values.toml`; all is in SI units but the frequencies of 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -17,14 +18,20 @@ class ReferenceValue(NamedTuple):
     source: str
 
 
-def _reference(source: str, **values: Any) -> ReferenceValue:
-    if "pairs" in values:
-        return ReferenceValue(dict(values["pairs"]), source)
-    return ReferenceValue(values.get("value", values), source)
+def _read() -> Iterator[tuple[str, ReferenceValue]]:
+    """Yield the references by their ids; `entries` have a source in common, and their own keys behind its id."""
+    text = files("oblique_impact.validation").joinpath("reference_values.toml").read_text("utf-8")
+    for id, entry in tomllib.loads(text).items():
+        where = entry.pop("source")
+        for key, value in entry.get("entries", {}).items():
+            yield f"{id}-{key}", ReferenceValue(value, where.format(key=key))
+        if "pairs" in entry:
+            yield id, ReferenceValue(dict(entry["pairs"]), where)
+        elif "entries" not in entry:
+            yield id, ReferenceValue(entry.get("value", entry), where)
 
 
-_TABLE = tomllib.loads(files("oblique_impact.validation").joinpath("reference_values.toml").read_text("utf-8"))
-REFERENCES = {id: _reference(**entry) for id, entry in _TABLE.items()}
+REFERENCES = dict(_read())
 VALUES: dict[str, Any] = {id: reference.value for id, reference in REFERENCES.items()}
 
 

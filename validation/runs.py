@@ -35,6 +35,13 @@ def run(name: str, *overrides: str) -> History:
     return simulate(Scenario.builtin(name, list(overrides)))
 
 
+def run_exact(scenario: Scenario) -> History:
+    """Simulate the exact beam without shear and rotary inertia, as the floating frame has it."""
+    from oblique_impact.fem_beam import exact  # takes a while to load, for some checks alone
+
+    return exact.simulate(scenario, sections=exact.ElasticSections.bernoulli_euler(scenario))
+
+
 def event_times(history: History, *kinds: str) -> Array:
     """Return the times (s) of the events, or of those of the given kinds."""
     return np.array([e.time for e in history.events if not kinds or e.kind.value in kinds])

@@ -18,7 +18,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.fem_beam.exact.averages import Averages, MeanForces
 from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import NODE, Complex, ExactBeam, Stage
-from oblique_impact.fem_beam.exact.exact_run import exact_problem, exact_run
+from oblique_impact.fem_beam.exact.exact_run import exact_problem
 from oblique_impact.fem_beam.exact.exact_system import ExactSystem
 from oblique_impact.fem_beam.exact.stop import NodeOnSide, Place
 from oblique_impact.history.history import History, beam_history
@@ -51,7 +51,7 @@ def simulate(
     """
     # overflow in a step is handled: the iterations do not converge
     with np.errstate(all="ignore"), clock() as marching:
-        run = exact_run(exact_problem(scenario, sections, motion), on_progress)
+        run = Run(exact_problem(scenario, sections, motion), on_progress)
         run.execute()
         return _Frame(run).history(marching.seconds)
 

@@ -17,18 +17,17 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
+from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.contact_map import closed_samples
-from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.geometry import Array, BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
-from oblique_impact.renders.player.page_charts import PageChart, page_charts
-from oblique_impact.renders.player.selection import evenly, frames
+from oblique_impact.renders.player.page_charts import PageChart, evenly, page_charts
 from oblique_impact.renders.story import ColourScale, Story
 from oblique_impact.renders.style import COLOUR_MAP
 from oblique_impact.renders.surroundings import DrawnObstacle, drawn_obstacles
-from oblique_impact.renders.timeline import rate_text
+from oblique_impact.renders.timeline import TimeMap, rate_text
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FACTORS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # by which a reader can magnify the deflection
@@ -39,6 +38,7 @@ _GHOST = 0.11  # over the length: path of the contact point between two earlier 
 _TRACE = 3.0  # over the length: path of the contact point that is seen
 _REACH = 1.2  # over that of the beam: what lies farther away has no place in the picture
 _OUT = 3.0  # over that of the beam: what lies farther away is drawn there, out of the picture
+_FRAMES = 2000  # about, besides those that are always there
 _APART = 0.13  # part of the film: times below the slider are as far apart, to have room on a phone
 
 
@@ -83,7 +83,7 @@ def content_of(story: Story, number: int = 0) -> Content:
     geometry, course = story.geometries[number].true, story.time_map
     obstacles = drawn_obstacles(geometry)
     history, scenario, times = geometry.history, geometry.scenario, geometry.times
-    samples, length, touch = frames(history, course), scenario.beam.length, geometry.touch
+    samples, length, touch = _frames(history, course), scenario.beam.length, geometry.touch
     state, charts = history["state"].values.astype("u1")[samples], page_charts(story) if number == 0 else []
     film = course.film_at(times[samples])
     out = _OUT * (length + scenario.root.hub_radius)
@@ -159,6 +159,24 @@ def content_of(story: Story, number: int = 0) -> Content:
         _events(story, times[samples]),
         _contacts(geometry, times[samples]),
     )
+
+
+def _frames(history: History, course: TimeMap) -> Integers:
+    """Choose the samples that become frames, ascending: even in film time, and what has to be seen.
+
+    That is both sides of every listed event, the largest force of every collision and the largest stress.
+    """
+    times, force = history["time"].values, np.nan_to_num(history["lambda_n"].values)
+    events = np.array([event.time for event in evenly(history.events)])
+    found = [np.searchsorted(course.film_at(times), np.linspace(0.0, course.duration, _FRAMES))]
+    found += [first_sample(times, events), last_sample(times, events)]
+    stress = history.section_forces()["bending_stress"].values
+    found.append(np.nan_to_num(np.abs(stress)).max(axis=1).argmax(keepdims=True))
+    for collision in history.summary["macro_collisions"]:
+        start, stop = np.searchsorted(times[:-1], [collision["start"], collision["end"]])
+        found.append(start + force[start : max(start, stop) + 1].argmax(keepdims=True))
+    # another run may go on when the course, which is that of the first one, has ended
+    return np.unique(np.clip(np.concatenate(found), 0, int(last_sample(times, course.times[-1]))))
 
 
 def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:

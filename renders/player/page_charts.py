@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from io import StringIO
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,20 +14,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from oblique_impact.renders import panels
 from oblique_impact.renders.charts import draw_over_film, film_clock, mark_times
 from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.panels import Curve, Curves
-from oblique_impact.renders.player.selection import evenly
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import LIGHT, Theme, figure_style
 
-Array = NDArray[np.float64]
+Item = TypeVar("Item")
 
 _SIZE = 640, 120  # pixels of a chart, for which vibrations become bands; the page stretches it
 _MAP_SIZE = 640, 240
+_LISTED = 1000  # events or contacts at most
 _MARK = 8.4  # pixels: height of the mark of an event
 _TICKS = 7, 5  # at most, along both axes: their labels fit on a phone
 
@@ -142,3 +141,8 @@ def _labels(axis: Axis, ends: tuple[float, float]) -> list[tuple[float, str]]:
         for tick, text in zip(ticks, texts, strict=True)
         if start <= tick <= end
     ]
+
+
+def evenly(items: Sequence[Item]) -> list[Item]:
+    """Return all items, or of very many some, evenly spread."""
+    return [items[k] for k in np.linspace(0, len(items) - 1, min(len(items), _LISTED)).astype(int)]

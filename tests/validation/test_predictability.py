@@ -53,8 +53,8 @@ def test_an_elastic_stop_is_predictable_and_its_report_says_so(tmp_path):
     assert case.frame["verdict"].tolist() == [PREDICTABLE, PREDICTABLE]
     second = case[2]
     assert 0.5 < second.growth * case.about["unit_time"] < 1.0  # s/rad
-    # a linear change: a hundred times the angle, a hundred times the difference
-    assert second["start_by_1e-06"] == pytest.approx(100.0 * second["start_by_1e-08"], rel=0.05)
+    # a linear change: the smallest perturbations show the same growth
+    assert second.start_spread == pytest.approx(1e-8 * second.growth * case.about["unit_time"], rel=0.05)
     assert (case.tables["events"]["growth"] < 10.0).all()
     data = json.loads((tmp_path / "results.json").read_text())
     assert data["collisions"][1]["growth"] == second.growth
@@ -80,8 +80,7 @@ def test_growth_and_verdict_of_given_rows():
     first, second, third = found.collisions.itertuples()
     assert first.growth == 0.0
     assert second.growth == pytest.approx(4.0)
-    assert found.collisions["start_by_1e-08"][2] == pytest.approx(2e-8, abs=1e-15)
-    assert found.collisions["start_by_1e-06"][3] == pytest.approx(1.0)
+    assert second.start_spread == pytest.approx(2e-8, abs=1e-15)
     assert third.growth == pytest.approx(2e6)  # the last run lacks it until 3 s: 1 s later or more
     assert (second.lower_bound, third.lower_bound) == (False, True)
     assert (second.verdict, third.verdict) == (PREDICTABLE, UNPREDICTABLE)

@@ -15,7 +15,7 @@ from oblique_impact.validation.reference_values import REFERENCES, VALUES
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 #: relative differences that the entries state, and that of numbers with all digits
 TOLERANCES = {"3-SVQ-amp": 2e-5, "3-SVQ-min-modes": 2e-6, "3-SVQ-table": 1e-6, "3-SVQ-min": 1e-8}
-FAST = ("1.1", "1.2", "1.4-c4", "1.4-h8", "2-c-d1-eta2", "2-h-d0-eta5", "5c", "5e", "7c", "7c-inclined")
+FAST = ("1.1", "1.2", "1.4-c4", "1.4-h8", "2-c-d1-eta2", "2-h-d0-eta5", "5c", "5e", "7c")
 
 
 def load(name: str) -> ModuleType:

@@ -21,7 +21,7 @@ from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import FRICTIONLESS, MEAN_AXIS, NEAR, NODAL, SPRING, run
+from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, NODAL, SPRING, run, run_exact
 
 check = checks_of("absolute", "Absolute coordinates")
 
@@ -40,10 +40,9 @@ def _exact(*words: str, slenderness: float = 0.0) -> History:
     """Run the exact beam, without shear and rotary inertia, or with a part `slenderness` of its thickness."""
     contact = () if "contact.enabled=false" in words else _TOUCHING
     scenario = Scenario.builtin("paper", [*_ABSOLUTE, *contact, *words])
-    own = ElasticSections.of(scenario)
-    return simulate(
-        scenario, sections=own.slender(slenderness) if slenderness else ElasticSections.bernoulli_euler(scenario)
-    )
+    if not slenderness:
+        return run_exact(scenario)
+    return simulate(scenario, sections=ElasticSections.of(scenario).slender(slenderness))
 
 
 # --- statics and flight
@@ -246,6 +245,18 @@ def stop_1e7() -> Iterator[Measurement]:
     """Exudyn's own meshes differ by 2e-3 of the impulse here, and in the number of later touches."""
     words = (*_STEPS, "solver.contact_step=5e-6", "discretization.elements=32")
     return _against("1e7", words, (8e-3, 3e-2, 1.5e-5))
+
+
+@check("The nodal model and 24 of its modes on a spring of 10⁶ N/m: their next contact.", seconds=14.0)
+def next_contact() -> Iterator[Measurement]:
+    """Start of the second macro-collision, against the geometrically exact beam of another program."""
+    steps = ("solver.free_step=1e-5", "solver.contact_step=2e-6", "solver.rho_infinity=0.9")
+    models = {"nodal": (*NODAL, *steps), "reduced": (FEM, "discretization.modes=24", MEAN_AXIS)}
+    common = (*_TOUCHING, "contact.stiffness=1e6", "discretization.elements=32", "end_time=0.87")
+    for model, allowed in (("nodal", 3e-5), ("reduced", 3e-4)):
+        start = run("paper", *models[model], *common).summary["macro_collisions"][1]["start"]
+        text = source("7a-elastic")
+        yield Measurement(f"next contact, {model}", start, VALUES["7a-elastic"], "s", allowed, text, model)
 
 
 @check("Three stops met at full speed: first contact of the exact beam and of the nodal model.", seconds=2.0)

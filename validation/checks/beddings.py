@@ -8,21 +8,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.fem_beam.exact import ElasticSections
-from oblique_impact.fem_beam.exact import simulate as simulate_exact
-from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.runs import FRICTIONLESS, run_exact
 
 check = checks_of("beddings", "A beam on a table or a bed")
 
-_NODES = (
-    "discretization.method=fem",
-    "discretization.modes=0",
-    "contact.friction=frictionless",
-    "initial.angle=0",
-)
+_NODES = "discretization.method=fem", "discretization.modes=0", FRICTIONLESS, "initial.angle=0"
 
 
 #: a place at the first third of a cell of the one is at that of a cell of the other
@@ -111,34 +104,21 @@ def lifts_off() -> Iterator[Measurement]:
         errors.append(float(pushes.sum()) / wanted - 1.0)
     text = "a beam on springs that only push (Hetenyi 1946, Krylov's functions)"
     last = float(places[pushes > 0.0].max())
-    yield Measurement(
-        "force of the bed over the exact one, 32 places", errors[-1] + 1.0, 1.0, "1", 4e-3, text, "force"
-    )
+    quantity, moment = "force of the bed over the exact one, 32 places", float(pushes @ places) / torque
+    yield Measurement(quantity, errors[-1] + 1.0, 1.0, "1", 4e-3, text, "force")
     yield Measurement("order in the grid", _order(errors), 2.0, "1", 0.1, "trapezoidal rule", "order")
     yield Measurement("last place that bears", last, length, "m", 1.0 / 32, text, "lift-off")
-    yield Measurement(
-        "moment over the torque", float(pushes @ places) / torque, 1.0, "1", 1e-5, "equilibrium", "moment"
-    )
+    yield Measurement("moment over the torque", moment, 1.0, "1", 1e-5, "equilibrium", "moment")
 
 
 def _struck(*keys: str, grid: int, exact: bool = False) -> np.ndarray:
     """Let a beam fall onto a bed that ends at 0.75 m; impulse (N s), begin and end (s) of its contact."""
     fall = "initial.angle=0", "initial.angular_velocity=-0.2", "end_time=0.03", "beam.kelvin_voigt=1e-5"
-    where = (
-        "contact.where=anywhere",
-        "contact.normal=spring",
-        "contact.friction=frictionless",
-        "slope.enabled=false",
-    )
+    where = "contact.where=anywhere", "contact.normal=spring", FRICTIONLESS, "slope.enabled=false"
     bed = "obstacles=[{kind='side', origin=[0.0, -0.001], bedding=1e5, extent=[0.0, 0.75]}]"
     more = "discretization.frame=mean-axis", "solver.output_interval=1e-3", f"contact.grid={grid}"
     scenario = Scenario.builtin("paper", [*fall, *where, bed, *more, *keys])
-    history: History = (
-        simulate_exact(scenario, sections=ElasticSections.bernoulli_euler(scenario))
-        if exact
-        else simulate(scenario)
-    )
-    contacts = history.contacts
+    contacts = (run_exact if exact else simulate)(scenario).contacts
     impulse = sum(contact.normal_impulse for contact in contacts)
     return np.array([impulse, min(c.start for c in contacts), max(c.end for c in contacts)])
 

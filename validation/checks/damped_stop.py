@@ -7,8 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import gamma, hyp1f1
 
-from oblique_impact.history.history import History
-from oblique_impact.history.summary import MacroCollision
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
@@ -27,11 +25,6 @@ _ELEMENTS = (
     "beam.kelvin_voigt=1e-5",
     FRICTIONLESS,
 )
-
-
-def collisions(history: History) -> list[MacroCollision]:
-    """Return the macro-collisions of a run."""
-    return [MacroCollision(**entry) for entry in history.summary["macro_collisions"]]
 
 
 def exact_impulse(t: float, viscosity: float) -> float:
@@ -72,13 +65,15 @@ def short_time_impulse() -> Iterator[Measurement]:
 def sixteen_modes() -> list[Measurement]:
     """Five contacts, impulse, end and start of the next collision; no energy is lost in impacts."""
     history, text = run("paper", *_MASSLESS, "discretization.modes=16", "end_time=0.66"), source("damped-stop")
-    first, second = collisions(history)
+    first, second = history.macro_collisions
     energy = history.summary["energy"]
     return [
-        Measurement("contacts of the first collision", first.contacts, 5, "1", 0.0, text, "contacts"),
-        Measurement("end of the first collision", first.end, LIMIT["end"], "s", 1e-5, text, "end"),
-        Measurement("impulse", first.normal_impulse, LIMIT["impulse"], "N s", 2e-5, text, "impulse"),
-        Measurement("start of the second collision", second.start, LIMIT["starts"][1], "s", 5e-6, text, "second"),
+        Measurement("contacts of the first collision", first["contacts"], 5, "1", 0.0, text, "contacts"),
+        Measurement("end of the first collision", first["end"], LIMIT["end"], "s", 1e-5, text, "end"),
+        Measurement("impulse", first["normal_impulse"], LIMIT["impulse"], "N s", 2e-5, text, "impulse"),
+        Measurement(
+            "start of the second collision", second["start"], LIMIT["starts"][1], "s", 5e-6, text, "second"
+        ),
         Measurement("energy lost in impacts", energy["lost_impact"], 0.0, "J", 0.0, "no inertia, no impact"),
         Measurement("energy not accounted for", energy["unaccounted"], 0.0, "J", 2e-11, "balance", "unaccounted"),
     ]
@@ -99,12 +94,12 @@ def three_ways() -> Iterator[Measurement]:
     }
     for name, (keys, of_starts) in ways.items():
         history, tail = simulate(Scenario.builtin("paper", [*keys, "end_time=1.0"])), name.replace(" ", "-")
-        first, *later = collisions(history)
-        impulse, exact = first.normal_impulse, LIMIT["impulse"]
+        first, *later = history.macro_collisions
+        impulse, exact = first["normal_impulse"], LIMIT["impulse"]
         yield Measurement(f"impulse, {name}", impulse, exact, "N s", 5e-6, text, f"impulse-{tail}")
         energy, exact = float(history.total_energy.sel(time=LIMIT["after"], method="nearest")), LIMIT["energy"]
         yield Measurement(f"energy after, {name}", energy, exact, "J", 5e-6, text, f"energy-{tail}")
         for number, (collision, allowed) in enumerate(zip(later, of_starts, strict=True), start=2):
             quantity, exact = f"start of collision {number}, {name}", LIMIT["starts"][number - 1]
             start = f"start-{number}-{tail}"
-            yield Measurement(quantity, collision.start, exact, "s", allowed, text, start)
+            yield Measurement(quantity, collision["start"], exact, "s", allowed, text, start)

@@ -1,4 +1,4 @@
-"""Assumed modes against finite elements: events, trajectories, forces."""
+"""Assumed modes against finite elements: events, motion, forces."""
 
 from __future__ import annotations
 
@@ -6,26 +6,21 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from oblique_impact.history.history import History
-from oblique_impact.validation.checks.plots import mesh_convergence_figure
-from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of, within
-from oblique_impact.validation.event_pairs import hausdorff_distance, largest_difference, pair_events
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.comparison import compare, largest_difference, pair_events
 from oblique_impact.validation.runs import (
     FRICTIONLESS,
     MEAN_AXIS,
     NEAR,
     NEAR_FINE,
     SPRING,
-    column,
     contact_times,
     run,
 )
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
 
-Array = NDArray[np.float64]
 _SIX = ("discretization.frame=mean-axis", "discretization.modes=6", "end_time=0.335")
 _ELEMENTS = ("discretization.method=fem", "discretization.elements=64")
 _TEXT = "two discretizations of one beam with the same spectral content: order 4 (theory Sec. 6)"
@@ -51,61 +46,28 @@ def events() -> list[Measurement]:
 @check(
     "Six modes: event times from 32, 64, 128 and 256 elements approach those of the modes at order 4.", seconds=8.0
 )
-def event_order() -> Evidence:
+def event_order() -> Iterator[Measurement]:
     """Ratios of the largest differences of successive meshes."""
     reference, meshes = contact_times(run("paper", *_SIX)), (32, 64, 128, 256)
     errors = []
     for elements in meshes:
         history = run("paper", *_SIX, "discretization.method=fem", f"discretization.elements={elements}")
         errors.append(float(np.abs(contact_times(history) - reference).max()))
-    found = []
     for k, (coarse, fine) in enumerate(pairwise(meshes)):
         order, quantity = float(np.log2(errors[k] / errors[k + 1])), f"observed order, {coarse} to {fine} elements"
-        found.append(Measurement(quantity, order, 4.0, "1", 0.1, _TEXT, f"order-{coarse}"))
-    found.append(Measurement("largest difference at 128 elements", errors[2], 0.0, "s", 3e-8, _TEXT, "at-128"))
-    return Evidence(found, [mesh_convergence_figure(np.array(meshes), np.array(errors))])
+        yield Measurement(quantity, order, 4.0, "1", 0.1, _TEXT, f"order-{coarse}")
+    yield Measurement("largest difference at 128 elements", errors[2], 0.0, "s", 3e-8, _TEXT, "at-128")
 
 
-def _aligned(history: History, name: str, start: float, end: float, samples: int) -> Array:
-    """Values at equal parts of the time between two events."""
-    time, first = np.unique(column(history, "time"), return_index=True)
-    return np.interp(np.linspace(start, end, samples), time, column(history, name)[first])
-
-
-@check("Trajectories between events, aligned so that jumps fall on each other.", seconds=1.5)
+@check("A macro-collision on a clock in which its events fall on each other: motion and forces.", seconds=1.5)
 def trajectories() -> Iterator[Measurement]:
-    """Largest distance of the tip and of theta over the phases of a macro-collision, two modes, 64 elements."""
-    modal, fem = run("paper", *NEAR_FINE), run("paper", *NEAR_FINE, *_ELEMENTS)
-    pairs = pair_events(modal.events, fem.events)
-    shared = pairs[["left_time", "right_time"]].dropna().itertuples(index=False)
-    limits = [(0.0, 0.0), *shared, (0.02, 0.02)]
-    for name, unit, allowed in (("tip_x", "m", 1.5e-9), ("tip_y", "m", 1.5e-9), ("theta", "rad", 1.5e-8)):
-        worst = 0.0
-        for (a0, b0), (a1, b1) in pairwise(limits):
-            inside = 1e-9  # just inside of the jumps
-            left = _aligned(modal, name, a0 + inside, a1 - inside, 50)
-            right = _aligned(fem, name, b0 + inside, b1 - inside, 50)
-            worst = max(worst, float(np.abs(left - right).max()))
+    """Largest difference of the tip, of theta and of the contact force, two modes, 64 elements."""
+    found = compare(run("paper", *NEAR_FINE), run("paper", *NEAR_FINE, *_ELEMENTS))
+    allowed = {"tip_x": 1.5e-9, "tip_y": 1.5e-9, "theta": 1.5e-8, "lambda_n": 1e-4, "lambda_tau": 3e-5}
+    for name, tolerance in allowed.items():
+        largest, unit = abs(found[name].aligned_largest), found[name].unit
         tail = name.replace("_", "-")
-        yield Measurement(f"largest distance of {name}", worst, 0.0, unit, allowed, _TEXT, tail)
-
-
-@check(
-    "Force curves jump at events: their distance as sets (Hausdorff), in units of duration and peak.", seconds=2.0
-)
-def forces() -> Iterator[Measurement]:
-    """Normal and tangential force of a macro-collision, two modes, 64 elements."""
-    histories = run("paper", *NEAR_FINE), run("paper", *NEAR_FINE, *_ELEMENTS)
-    for name in ("lambda_n", "lambda_tau"):
-        peak = float(np.nanmax(np.abs(column(histories[0], name))))
-        curves = []
-        for history in histories:
-            time = column(history, "time")
-            inside = time < 0.015
-            values = np.nan_to_num(column(history, name)[inside]) / peak
-            curves.append(np.stack([time[inside] / 0.015, values], axis=1))
-        distance, tail = hausdorff_distance(*curves), name.replace("_", "-")
-        yield Measurement(f"Hausdorff distance, {name}", distance, 0.0, "1", 6e-7, _TEXT, tail)
+        yield Measurement(f"largest difference of {name}", largest, 0.0, unit, tolerance, _TEXT, tail)
 
 
 @check(

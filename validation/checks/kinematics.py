@@ -5,47 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
-from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
-from oblique_impact.validation.runs import NEAR_FINE, column, run
+from oblique_impact.validation.runs import NEAR_FINE, Array, column, run
 
 check = checks_of("kinematics", "Contact kinematics")
 
-Array = NDArray[np.float64]
 _METHODS = {"modal": (), "fem": ("discretization.method=fem",)}
-
-
-def _along_slope(history: History, x: Array, y: Array) -> tuple[Array, Array]:
-    """Distances of a point off and along the slope."""
-    slope = Scenario.from_toml(history.scenario_toml).slope
-    s, c = np.sin(slope.angle), np.cos(slope.angle)
-    dx, dy = x - slope.origin[0], y - slope.origin[1]
-    return c * dy - s * dx, c * dx + s * dy
-
-
-def _end(history: History) -> tuple[Array, Array]:
-    """Inertial position of the last station, from the integrals along the centreline."""
-    theta = column(history, "theta")
-    x = column(history, "station")[-1] + column(history, "ux")[:, -1]
-    y = column(history, "uy")[:, -1]
-    return x * np.cos(theta) - y * np.sin(theta), x * np.sin(theta) + y * np.cos(theta)
-
-
-@check("The gap and the slip that are marched are those of the deformed centreline's end.", seconds=1.5)
-def position() -> Iterator[Measurement]:
-    """Largest distance over all samples; catches wrong contact rows and a wrong H(x_F)."""
-    text = "geometry: the end of the centreline, by quadrature of the slope, against the line of the slope"
-    for name, overrides in _METHODS.items():
-        history = run("paper", *NEAR_FINE, *overrides)
-        for kind, exact in zip(("gap", "slip"), _along_slope(history, *_end(history)), strict=True):
-            worst = float(np.abs(column(history, kind) - exact).max())
-            quantity = f"{kind}: largest distance, {name}"
-            yield Measurement(quantity, worst, 0.0, "m", ROUNDING, text, f"{kind}-{name}")
 
 
 def integral_defects(history: History, values: str, rate: str) -> Array:

@@ -10,17 +10,16 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative, discretization
 from oblique_impact.contact.forces import touched
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.runs import Array
 
 check = checks_of("equations", "Equations of motion against Lagrange's")
 
-Array = NDArray[np.float64]
 Energy = Callable[[Any, Any], Any]
 _STEP = 1e-30
 _CASES = {
@@ -189,17 +188,3 @@ def contact_rows() -> Iterator[Measurement]:
             quantity, tail = f"acceleration bias of the {kind}, {name}", f"{kind}-bias-{name}"
             allowed = 3e-7 * max(1.0, abs(bent))
             yield Measurement(quantity, bias, bent, "m/s²", allowed, text, tail)
-
-
-@check("A beam at rest that is let go starts with the rigid bar's angular acceleration.", seconds=0.2)
-def release() -> Measurement:
-    """Compare theta'' with -3 g cos(theta)/(2 L): the mean-axis frame turns like the rigid body."""
-    scenario = Scenario.builtin("paper", list(_CASES["mean-axis"]))
-    beam = Beam(scenario, build_operators(scenario))
-    q, qd = beam.initial_state()
-    work = beam.model.new_workspace()
-    beam.model.evaluate(0.0, q, qd, work)
-    computed = float(np.linalg.solve(work.mass, work.forces)[0])
-    exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
-    text = "closed form of the rigid bar"
-    return Measurement("angular acceleration at the start", computed, exact, "rad/s²", ROUNDING * abs(exact), text)

@@ -7,17 +7,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import SpinningBeam
 from oblique_impact.history.history import History
 from oblique_impact.renders import panels
-from oblique_impact.renders.style import GREY, SERIES
-from oblique_impact.renders.timeline import contact_spans
+from oblique_impact.renders.style import SERIES
 from oblique_impact.validation.report import HALF, Picture, picture
+from oblique_impact.validation.runs import Array
 
-Array = NDArray[np.float64]
-_MARKERS = "osD^vPX*"
 _PUBLISHED: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "black", "markersize": 4}
 
 
@@ -26,22 +23,6 @@ def _drawing(caption: str, height: float, panels: int = 1) -> Iterator[tuple[Pic
     """Make a picture and its axes (several panels: an array of them) to draw on in the block."""
     with picture(caption, HALF, height) as result:
         yield result, result.figure.subplots(1, panels, sharex=True)
-
-
-def frequency_errors_figure(meshes: Array, errors: Mapping[str, Array], roots: Mapping[str, Array]) -> Picture:
-    """Relative frequency errors (meshes, modes) against b h, on one line (b h)⁴/1440."""
-    caption = "Frequency errors of Hermite elements, modes 1 to 3 (circle, square, diamond), 4 to 32 elements."
-    with _drawing(caption, 3.6) as (result, axes):
-        for colour, (name, table) in zip(SERIES, errors.items(), strict=False):
-            for k, (root, error) in enumerate(zip(roots[name], table.T, strict=False)):
-                label = None if k else f"{name}-free"
-                axes.loglog(root / meshes, error, _MARKERS[k], color=colour, label=label, markersize=5)
-        x = np.array([0.05, 3.0])
-        axes.loglog(x, x**4 / 1440.0, color=GREY, linewidth=1.0, label="(b h)⁴/1440")
-        axes.set_xlabel("b h: root times element length over the beam's")
-        axes.set_ylabel("relative frequency error")
-        axes.legend()
-    return result
 
 
 def campbell_figure(beams: Mapping[str, SpinningBeam], points: Sequence[tuple[Any, Any]]) -> Picture:
@@ -102,47 +83,6 @@ def impulse_law_figure(meshes: Mapping[str, tuple[Array, Array]], exact: tuple[A
         panels.draw_curves(axes, panels.Curves("impulse", "N s", curves), clock, width=1.1)
         axes.set(xlabel="time after the touch (ms)", ylim=(0.0, None))
         axes.legend(loc="lower right")
-    return result
-
-
-def energy_figure(history: History) -> Picture:
-    """Energies of the paper's case over time."""
-    caption = "Energies of the paper's case (hybrid, two modes): the total falls only in contacts, shaded."
-    with _drawing(caption, 3.2) as (result, axes):
-        clock = panels.clock(0.0, float(history["time"][-1]))
-        panels.draw_curves(axes, panels.energy(panels.Runs([history], [""])), clock, contact_spans(history))
-        axes.legend(ncols=4, loc="lower left", bbox_to_anchor=(-0.01, 1.0))
-    return result
-
-
-def mesh_convergence_figure(meshes: Array, errors: Array) -> Picture:
-    """Largest event-time difference over the number of elements, and a slope of order 4."""
-    caption = "Finite elements against six assumed modes: contact times of the first macro-collision."
-    with _drawing(caption, 3.2) as (result, axes):
-        axes.loglog(meshes, errors, "o-", color=SERIES[0], label="largest difference of a contact time")
-        slope = 0.3 * float(errors[-1]) * (meshes / meshes[-1]) ** -4.0
-        axes.loglog(meshes, slope, color=GREY, linewidth=0.9, linestyle="--", zorder=1)
-        middle = len(meshes) // 2
-        where = {"xy": (meshes[middle], slope[middle]), "xytext": (-4, -3), "textcoords": "offset points"}
-        axes.annotate("order 4", **where, color=GREY, ha="right", va="top")
-        axes.set(xlabel="elements", ylabel="time difference (s)")
-        axes.set(xticks=meshes, xticklabels=[str(n) for n in meshes])
-        axes.minorticks_off()
-        axes.legend()
-    return result
-
-
-def orders_figure(curves: Mapping[str, tuple[Array, Array, float]]) -> Picture:
-    """Errors over steps with the declared slopes."""
-    caption = "Errors of each scheme (symbols) and lines of the declared order through the last of them."
-    with _drawing(caption, 4.0) as (result, axes):
-        colours = (*SERIES, "black")
-        for (name, (steps, errors, order)), colour, marker in zip(curves.items(), colours, _MARKERS, strict=False):
-            axes.loglog(steps, errors, marker, color=colour, label=f"{name} (order {order:g})", markersize=5)
-            slope = errors[-1] * (steps / steps[-1]) ** order
-            axes.loglog(steps, slope, color=colour, linewidth=0.9, linestyle="--")
-        axes.set(xlabel="step (s)", ylabel="error (rad, rad/s, m)")
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
     return result
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.history.history import History
 from oblique_impact.validation.checks.plots import spin_up_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import column, run
+from oblique_impact.validation.runs import Array, column, run
 
 check = checks_of("spin-up", "Spin-up: zeroth order fails, first order and full agree")
 
@@ -21,7 +20,6 @@ _MODELS = {"modal": ("modal", 12, 32), "fem": ("fem", 12, 16), "fem-32": ("fem",
 #: references are of the same 12 modes in another program at 1e-11, so that ten decimals of the table are held and
 #: the others are not; elements err with h⁴
 _ALLOWED = {"modal": (1e-10, 3e-11, 5e-7), "fem": (1e-6, 4e-7, 5e-6), "fem-32": (2e-7, 3e-8, 1e-6)}
-Array = NDArray[np.float64]
 
 
 def _spin_up(method: str, modes: int, elements: int = 32, kinetics: str = "first-order") -> History:

@@ -58,9 +58,11 @@ def _worst(item: str, method: str, direction: str) -> Measurement:
 
 
 @check("Flapwise frequencies of beams spinning at up to six times sqrt(EI/(m L⁴)).", seconds=0.5)
-def flapwise() -> list[Measurement]:
-    """The worst of up to four frequencies for each row and method."""
-    return [_worst(item, method, "flap") for item in _ITEMS for method in _NAMES]
+def flapwise() -> Evidence:
+    """The worst of up to four frequencies for each row and method, and a Campbell diagram."""
+    found = [_worst(item, method, "flap") for item in _ITEMS for method in _NAMES]
+    beams = {root: _beam(root, 0.0, "modal") for root in ("c", "h")}
+    return Evidence(found, [campbell_figure(beams, [(_row(item), VALUES[item]) for item in _ITEMS])])
 
 
 @check(
@@ -69,21 +71,6 @@ def flapwise() -> list[Measurement]:
 def chordwise() -> list[Measurement]:
     """The worst of up to four frequencies for each row and method."""
     return [_worst(item, method, "chord") for item in _ITEMS for method in _NAMES]
-
-
-@check("Campbell diagram: the computed branches pass through the published points.", seconds=1.0)
-def campbell() -> Evidence:
-    """Largest relative distance of the table of Wright et al. (four decimals) from the branches."""
-    table = {0.0: 3.5160, 1.0: 3.6816, 2.0: 4.1373, 3.0: 4.7973, 4.0: 5.5850, 5.0: 6.4495, 6.0: 7.3604}
-    beam = _beam("c", 0.0, "modal")
-    speeds = np.array(list(table))
-    first = np.array([beam.flapwise(eta, 1)[0] for eta in speeds])
-    k = int(np.argmax(np.abs(first - np.array(list(table.values())))))
-    text = "Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982), 4 decimals; the Frobenius series agrees"
-    quantity = f"first flapwise frequency at spin {speeds[k]:g}"
-    measured = Measurement(quantity, first[k], table[speeds[k]], _UNIT, 6e-5, text)
-    points = [(_row(item), VALUES[item]) for item in _ITEMS]
-    return Evidence([measured], [campbell_figure({"c": beam, "h": _beam("h", 0.0, "modal")}, points)])
 
 
 #: relative accuracy of three frequencies by eight modes: clamped shapes converge slowly for a pin, hinged ones

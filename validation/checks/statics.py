@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import BeamOperators, build_operators
@@ -15,10 +14,10 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import Array
 
 check = checks_of("statics", "Statics")
 
-Array = NDArray[np.float64]
 
 MASS, BENDING, GRAVITY = 0.86874, 541.27, 9.8
 _MODAL, _FEM = {"method": "modal", "modes": 40}, {"method": "fem", "modes": 32, "elements": 16}
@@ -68,20 +67,6 @@ def own_weight() -> Iterator[Measurement]:
         yield within(f"tip deflection, {name}", -tip, VALUES["7a"]["tip"], "m", accuracy, text, f"tip-{name}")
         # arms shrink by the foreshortening, less than (3/2)(tip slope)² = 1e-5
         yield within(f"root moment, {name}", moment, exact, "N m", 1e-5, text, f"moment-{name}")
-
-
-@check("A heavy cantilever at 45 degrees up and down: its weight softens or stiffens it.", seconds=0.2)
-def inclined() -> Iterator[Measurement]:
-    """Tip deflection over that of the transverse load alone."""
-    for name, shapes in _SOURCES.items():
-        for degrees in (45, -45):
-            angle = np.radians(degrees)
-            tip, _ = _at_rest(_cantilever(angle, shapes))
-            ratio = -tip * 8.0 * BENDING / (MASS * GRAVITY * np.cos(angle))
-            exact = VALUES["7c-inclined"][str(degrees)]
-            quantity = f"deflection at {degrees} degrees over the linear one, {name}"
-            text = source("7c-inclined")
-            yield within(quantity, ratio, exact, "1", _ACCURACY[name], text, f"{name}{degrees:+d}")
 
 
 @check("Axial weight of the order of the buckling load amplifies the deflection.", seconds=0.2)

@@ -112,7 +112,7 @@ def with_unit(name: str, unit: str) -> str:
 
 @dataclass(frozen=True)
 class Cell:
-    """Text of a table cell; `kind` is "", "number", "pass", "fail", "partly", "dim", "code" or "number dim"."""
+    """Text of a table cell; `kind` is "", "number", "pass", "fail", "partly", "dim" or "code"."""
 
     text: str
     kind: str = ""

@@ -27,12 +27,12 @@ def differing(scenarios: Mapping[str, Scenario | None]) -> Block:
     return Table(["parameter", "key", "unit", *scenarios], rows, "Parameters that differ.", wide=(0,))
 
 
-def parameters(scenarios: Mapping[str, Scenario | None], remark: str = "") -> list[Section]:
+def parameters(scenarios: Mapping[str, Scenario | None]) -> list[Section]:
     """Return the section with the parameters that scenarios have in common; none of user-defined systems."""
     same = {key: values for key, values in _values(scenarios).items() if all(v == values[0] for v in values)}
     rows = [_row(key, values[:1]) for key, values in same.items() if values[0] not in ("", [])]
     shared = "Parameters that all have in common." if len(scenarios) > 1 else "Parameters of the scenario."
-    table = Table(["parameter", "key", "unit", "value"], rows, f"{shared} {remark}".strip(), wide=(0,))
+    table = Table(["parameter", "key", "unit", "value"], rows, shared, wide=(0,))
     return [Section("Parameters", [table], opened=False)] if rows else []
 
 

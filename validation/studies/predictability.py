@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.errors import InputError, Outcome
@@ -23,12 +22,11 @@ from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.validation.report import Column, Picture, picture, readable
+from oblique_impact.validation.report import Column, Picture, picture
 from oblique_impact.validation.result import Result
+from oblique_impact.validation.runs import Array
 from oblique_impact.validation.studies.parallel import check_limits
 from oblique_impact.validation.studies.study import FAILURES, StudyRun, run_study
-
-Array = NDArray[np.float64]
 
 PREDICTABLE, SENSITIVE, UNPREDICTABLE, UNKNOWN = "predictable", "sensitive", "not predictable", "no verdict"
 #: growths that separate the verdicts: what the motion carries along is about 1, rounding is 1e-16 of a time
@@ -39,6 +37,19 @@ _ASKED = {"start": 20, "collision_impulse": 20, "collision_contacts": 20, "event
 PERTURBATIONS = (1e-8, 1e-6)
 _CLOSED = 1e-12  # of the length
 _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNOWN: "dim"}
+#: the smallest perturbation leaves starts and impulses their digits
+_COLUMNS = {
+    "collision": Column(),
+    "start": Column("start (s)", within="start_spread"),
+    "impulse": Column("normal impulse (N s)", within="impulse_spread"),
+    "start_spread": Column("spread of starts (s)", digits=2, page=True),
+    "impulse_spread": Column("spread of impulses (N s)", digits=2, page=True),
+    "fewest_contacts": Column(),
+    "most_contacts": Column(),
+    "growth": Column(digits=3),
+    "lower_bound": Column("at least", page=True),
+    "verdict": Column(),
+}
 RULE = (
     "The growth of a time t is max |t(θ₀ + d) − t(θ₀)| / (|d| T) over runs with perturbed initial angles, T the "
     "time of the first touch-down, at least the clustering time of contacts: about 1 if the motion carries a "
@@ -59,7 +70,7 @@ class Growths(NamedTuple):
     #: a row for each macro-collision of the unperturbed run, by its number from 1: start (s), impulse (N s), the
     #: fewest and the most contacts among the runs, growth of the start (infinite if the physics stopped a
     #: perturbed run before it, NaN without any), whether that is a lower bound only, as a perturbed run ended
-    #: before, verdict, and the largest differences of start and impulse by the smallest perturbation, and by all
+    #: before, verdict, and the largest differences of start and impulse by the smallest perturbation
     collisions: pd.DataFrame
     #: a row for each event: time (s) and growth, bounds and infinities as in `collisions`
     events: pd.DataFrame
@@ -220,11 +231,9 @@ def judge(scenario: Scenario, frame: pd.DataFrame) -> Growths:
             "verdict": [verdict_of(*pair) for pair in zip(growth, bounded, strict=True)],
         }
     )
-    smallest = np.min(offsets, initial=math.inf)
-    for near in (offsets <= 2.0 * smallest * (1.0 + 1e-6), offsets > 0.0):
-        d = np.max(offsets[near], initial=0.0)
-        collisions[f"start_by_{d:.3g}"] = _largest(shifts[near])
-        collisions[f"impulse_by_{d:.3g}"] = _largest(np.abs(impulses[1:] - impulses[0])[near])
+    near = offsets <= 2.0 * np.min(offsets, initial=math.inf) * (1.0 + 1e-6)
+    collisions["start_spread"] = _largest(shifts[near])
+    collisions["impulse_spread"] = _largest(np.abs(impulses[1:] - impulses[0])[near])
     growths = pd.DataFrame({"time": events[0], "growth": _largest(moved / scale)})
     return Growths(collisions.set_index("collision"), growths, unit)
 
@@ -255,7 +264,7 @@ def _result(scenario: Scenario, frame: pd.DataFrame, name: str, seconds: float) 
         "collisions",
         found.collisions,
         _KINDS,
-        _columns(found.collisions),
+        _COLUMNS,
         "Macro-collisions, and how far perturbed runs move them; where one ends before a start, the rest of its "
         "time is a lower bound. Starts and impulses have the digits that the smallest perturbation leaves.",
         tables={"events": found.events, "runs": frame[["initial.angle", "outcome", "message", "warnings"]]},
@@ -284,20 +293,6 @@ def remarks_of(scenario: Scenario, frame: pd.DataFrame) -> list[str]:
         for row in frame[turned & frame["outcome"].isin(FAILURES)].to_dict("records")
     ]
     return remarks + [f"warning: {warning}" for warning in run["warnings"].splitlines()]
-
-
-def _columns(collisions: pd.DataFrame) -> dict[str, Column]:
-    """Return the columns that are shown; the smallest perturbation leaves starts and impulses their digits."""
-    shifts = [str(name) for name in collisions if "_by_" in str(name)]
-    columns = {"collision": Column(), "start": Column("start (s)", within=shifts[0])}
-    columns["impulse"] = Column("normal impulse (N s)", within=shifts[1])
-    for name in shifts:
-        what, _, perturbation = name.partition("_by_")
-        unit = "s" if what == "start" else "N s"
-        heading = f"shift of {what} by {readable(perturbation)} rad ({unit})"
-        columns[name] = Column(heading, digits=2, page=True)
-    columns |= {"fewest_contacts": Column(), "most_contacts": Column(), "growth": Column(digits=3)}
-    return columns | {"lower_bound": Column("at least", page=True), "verdict": Column()}
 
 
 def _growth_picture(events: pd.DataFrame) -> Picture:

@@ -42,6 +42,8 @@ class Quantity:
     meaning: str
     #: takes a History, returns the number, raises GapError
     measure: Callable[[History], float] = field(repr=False)
+    #: the macro-collision, from 1, whose end (start, if it is a start) decides about it; 0: none
+    collision: int = 0
 
 
 #: variables over time that `VARIABLE@TIME` knows: unit and meaning
@@ -169,7 +171,7 @@ def decided_at(name: str, history: History) -> float:
         return float(history["time"].values[where[0, 0]]) if len(where) else math.inf
     if name == "unaccounted":  # the error of the balance, which goes to zero
         return -math.inf
-    number = int(part) if kind in _NUMBERED else _COLLISION_OF.get(name, 0)
+    number = int(part) if kind in _NUMBERED else _NAMED[name].collision if name in _NAMED else 0
     try:
         if kind == "event":
             return _event_time(history, number - 1)
@@ -194,10 +196,7 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
     unit, meaning = VARIABLES[variable]
     if moment == "end":
         return Quantity(name, unit, f"{meaning} at the end", lambda history: _at(history, variable, math.inf))
-    try:
-        time = float(moment)
-    except ValueError:
-        time = math.nan
+    time = _seconds(moment)
     if not 0.0 <= time <= end_time:
         upper = f" {end_time:g}" if math.isfinite(end_time) else ""
         raise InputError(f"--quantity {name}: the time should be from 0 to end_time{upper} (s), or end")
@@ -206,10 +205,7 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
 
 def _lost_after(name: str, seconds: str) -> Quantity:
     """Return the quantity lost_after:SECONDS."""
-    try:
-        delay = float(seconds)
-    except ValueError:
-        delay = math.nan
+    delay = _seconds(seconds)
     if not 0.0 <= delay < math.inf:
         raise InputError(f"--quantity {name}: the time after the first touch-down should be at least 0 (s)")
 
@@ -218,6 +214,14 @@ def _lost_after(name: str, seconds: str) -> Quantity:
 
     meaning = f"energy that the beam has lost {delay:g} s after the first touch-down"
     return Quantity(name, "J", meaning, measure)
+
+
+def _seconds(text: str) -> float:
+    """Read a time (s), NaN of a text that is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _values(history: History, variable: str) -> np.ndarray:
@@ -272,6 +276,14 @@ def _collision(history: History, number: int = 0) -> dict[str, Any]:
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")
     return collision
+
+
+def _duration(history: History) -> float:
+    return float(_collision(history)["end"]) - _start(history)
+
+
+def _energy_after(history: History) -> float:
+    return _at(history, "energy", float(_collision(history)["end"]))
 
 
 def _nearest_place(history: History) -> float:
@@ -366,66 +378,41 @@ _LAST = 9999
 _LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme")
 _FIRST, _SECOND = "of the first macro-collision", "of the second macro-collision"
 _BOUNCE = f"effective restitution {_FIRST}: minus the mean spin after it over that before it"
+_PERIOD = "period of the response in periods of the base, 0 if it does not repeat"
+_IMPACTS = "contacts that begin in the periodic response, per period of the base"
 _MODEL_ERROR = (
     "estimated relative error of the small-deflection model: with contact of the largest force, else of the "
     "deflection within two elastic periods"
 )
-_TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
-    "first_impact": ("s", "first touch-down", _start),
-    "collision_end": ("s", f"end {_FIRST}", _of_collision("end")),
-    "collision_duration": (
-        "s",
-        f"length {_FIRST}",
-        lambda history: _of_collision("end")(history) - _start(history),
-    ),
-    "impulse": ("N s", f"normal impulse {_FIRST}", _of_collision("normal_impulse")),
-    "tangential_impulse": ("N s", f"tangential impulse {_FIRST}", _of_collision("tangential_impulse")),
-    "peak_force": ("N", f"largest normal force {_FIRST}", _of_collision("peak_force")),
-    "contacts": ("1", f"contacts {_FIRST}", _of_collision("contacts")),
-    "zone": ("m", f"least place along the beam that touches something {_FIRST}", _nearest_place),
-    "energy_after_collision": (
-        "J",
-        f"energy at the end {_FIRST}",
-        lambda history: _at(history, "energy", _of_collision("end")(history)),
-    ),
-    "restitution": ("1", _BOUNCE, _restitution),
-    "second_impact": ("s", f"start {_SECOND}", partial(_start, number=1)),
-    "second_impulse": ("N s", f"normal impulse {_SECOND}", _of_collision("normal_impulse", 1)),
-    "energy_final": ("J", "energy at the end", _ledger("final")),
-    "lost_impact": ("J", "energy lost in impacts", _ledger("lost_impact")),
-    "lost_friction": ("J", "energy lost in friction", _ledger("lost_friction")),
-    "lost_damping": ("J", "energy lost in damping", _ledger("lost_damping")),
-    "lost_scheme": ("J", "energy the scheme takes", _ledger("lost_scheme")),
-    "unaccounted": ("J", "energy the ledger cannot explain", _ledger("unaccounted")),
-    "energy_lost": ("J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
-    "supplied": ("J", "work of the base, of drives and torques", _ledger("supplied")),
-    "period": (
-        "1",
-        "period of the response in periods of the base, 0 if it does not repeat",
-        _of_period("period"),
-    ),
-    "transient": ("1", "periods of the base until then", _of_period("transient")),
-    "impacts_per_period": (
-        "1",
-        "contacts that begin in the periodic response, per period of the base",
-        _of_period("impacts_per_period"),
-    ),
-    "events": ("1", "transitions of the whole run", lambda history: float(len(history.events))),
-    "model_error": ("1", _MODEL_ERROR, _model_error),
-}
-_NAMED = {name: Quantity(name, *about) for name, about in _TABLE.items()}
-#: the macro-collision, from 1, whose end (start, if it is a start) decides about a quantity
-_COLLISION_OF = {
-    "first_impact": 1,
-    "collision_end": 1,
-    "collision_duration": 1,
-    "impulse": 1,
-    "tangential_impulse": 1,
-    "peak_force": 1,
-    "contacts": 1,
-    "zone": 1,
-    "energy_after_collision": 1,
-    "restitution": 1,
-    "second_impact": 2,
-    "second_impulse": 2,
+_NAMED = {
+    q.name: q
+    for q in (
+        Quantity("first_impact", "s", "first touch-down", _start, 1),
+        Quantity("collision_end", "s", f"end {_FIRST}", _of_collision("end"), 1),
+        Quantity("collision_duration", "s", f"length {_FIRST}", _duration, 1),
+        Quantity("impulse", "N s", f"normal impulse {_FIRST}", _of_collision("normal_impulse"), 1),
+        Quantity(
+            "tangential_impulse", "N s", f"tangential impulse {_FIRST}", _of_collision("tangential_impulse"), 1
+        ),
+        Quantity("peak_force", "N", f"largest normal force {_FIRST}", _of_collision("peak_force"), 1),
+        Quantity("contacts", "1", f"contacts {_FIRST}", _of_collision("contacts"), 1),
+        Quantity("zone", "m", f"least place along the beam that touches something {_FIRST}", _nearest_place, 1),
+        Quantity("energy_after_collision", "J", f"energy at the end {_FIRST}", _energy_after, 1),
+        Quantity("restitution", "1", _BOUNCE, _restitution, 1),
+        Quantity("second_impact", "s", f"start {_SECOND}", partial(_start, number=1), 2),
+        Quantity("second_impulse", "N s", f"normal impulse {_SECOND}", _of_collision("normal_impulse", 1), 2),
+        Quantity("energy_final", "J", "energy at the end", _ledger("final")),
+        Quantity("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
+        Quantity("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
+        Quantity("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
+        Quantity("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
+        Quantity("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
+        Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
+        Quantity("supplied", "J", "work of the base, of drives and torques", _ledger("supplied")),
+        Quantity("period", "1", _PERIOD, _of_period("period")),
+        Quantity("transient", "1", "periods of the base until then", _of_period("transient")),
+        Quantity("impacts_per_period", "1", _IMPACTS, _of_period("impacts_per_period")),
+        Quantity("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
+        Quantity("model_error", "1", _MODEL_ERROR, _model_error),
+    )
 }

@@ -24,16 +24,13 @@ from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import (
     Block,
-    Cell,
     Column,
     Picture,
     Section,
     Table,
     Text,
     capitalized,
-    cell,
     number,
-    number_within,
     picture,
     shown_unit,
     with_unit,
@@ -130,25 +127,15 @@ def judge(refined: RefinementSeries, runs: pd.DataFrame, tolerance: float) -> tu
         a = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
         if without_limit and not refined.within and a.verdict != NO_VERDICT:
             a = a.undetermined(without_limit)
-        # what has no limit over modes has converged at one number of them only
-        alone = (
-            f"{refined.within}{' alone' if without_limit else ''}" if a.verdict in (CONVERGED, CONVERGING) else ""
-        )
+        verdict = a.verdict
+        if verdict in (CONVERGED, CONVERGING):
+            # what has no limit over modes has converged at one number of them only
+            verdict += f"{refined.within}{' alone' if without_limit else ''}"
         about = {"series": refined.name, "quantity": name, "unit": q.unit}
-        row = {
-            "value": values[-1],
-            "uncertainty": a.uncertainty,
-            "limit": a.limit,
-            "order": a.order,
-            "noise": a.noise,
-        }
-        row |= {
-            "verdict": a.verdict + alone,
-            "because": gaps[-1] or a.reason,
-            "meaning": q.meaning,
-            "scale": scale,
-        }
-        rows.append(about | row | {"declared": declared, "without_limit": without_limit})
+        found = {name: getattr(a, name) for name in ("uncertainty", "limit", "order", "noise")}
+        words = {"verdict": verdict, "because": gaps[-1] or a.reason, "meaning": q.meaning}
+        judged = {"scale": scale, "declared": declared, "without_limit": without_limit}
+        rows.append({**about, "value": values[-1], **found, **words, **judged})
         place = {"level": refined.levels, "h": h, "outcome": runs["outcome"].tolist(), "gap": gaps}
         levels.append(pd.concat([pd.DataFrame({**about, **place}), a.levels.drop(columns="size")], axis=1))
     return pd.DataFrame(rows), pd.concat(levels, ignore_index=True)
@@ -389,23 +376,22 @@ def _section(refined: RefinementSeries, result: Result) -> Section:
 
 
 def _level_table(axis: Axis, row: Any, levels: pd.DataFrame) -> Table:
-    """Return the table of the levels of a quantity, paler where differences are not well above the noise."""
-    unit, rows = shown_unit(row.unit), []
-    for level in levels[levels.index == row.Index].itertuples():
-        kind = "number" if level.above_noise else "number dim"
-        order, index = number(level.observed_order, 3), number(level.grid_convergence_index, 2)
-        limit = number_within(level.richardson_limit, row.uncertainty)
-        value = (
-            Cell(level.gap, "dim") if level.gap else Cell(number_within(level.value, row.uncertainty), "number")
-        )
-        found = [Cell(text, kind) for text in (order, limit, index)]
-        rows.append([level.level, cell(level.h, 3), value, cell(level.difference, 3), *found])
+    """Return the table of the levels of a quantity."""
     declared = f", declared order {row.declared:g}" if row.declared and math.isfinite(row.declared) else ""
-    caption = f"{capitalized(row.meaning)}{declared}: {row.verdict}; noise {number(row.noise, 2)} {unit}".strip()
-    units = {"value": unit, "difference": unit, "observed order": "1", "Richardson limit": unit, "GCI": unit}
-    return Table(
-        [with_unit(*pair) for pair in ({axis.label: axis.unit, "h": ""} | units).items()], rows, f"{caption}."
-    )
+    noise = f"{number(row.noise, 2)} {shown_unit(row.unit)}".strip()
+    columns = {
+        "level": Column(with_unit(axis.label, axis.unit)),
+        "h": Column(digits=3),
+        "value": Column(with_unit("value", row.unit), within="uncertainty"),
+        "difference": Column(digits=3),
+        "observed_order": Column(digits=3),
+        "richardson_limit": Column("Richardson limit", within="uncertainty"),
+        "grid_convergence_index": Column("GCI", digits=2),
+        "gap": Column(text=True),
+    }
+    caption = f"{capitalized(row.meaning)}{declared}: {row.verdict}; noise {noise}."
+    own = levels[levels.index == row.Index].reset_index(drop=True).assign(uncertainty=row.uncertainty)
+    return Table.of_frame(own, caption, columns)
 
 
 def _picture(refined: RefinementSeries, rows: pd.DataFrame, levels: pd.DataFrame) -> Picture:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import save_text, writing
-from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import Block, Cell, Column, Table, cell, shown_unit
@@ -74,13 +74,7 @@ def sweep(
         plan = source
     else:
         plan = plan_of(source, base=base) if isinstance(source, SweepFile) else load_plan(source, base)
-    started, there = time.monotonic(), list[int]()
-
-    def count(progress: Progress) -> None:
-        there.append(progress.done)
-        on_progress(progress)
-
-    folder = Path(out)
+    started, folder = time.monotonic(), Path(out)
     check_limits(scheduler, workers, timeout)
     with writing(folder):
         frame = run_study(
@@ -92,28 +86,23 @@ def sweep(
             units={key: direction.unit for direction in plan.directions for key in direction.names},
             histories=plan.file.histories,
             exclusive=True,
-            on_progress=count,
+            on_progress=on_progress,
         )
         save_text(folder / "scenario.toml", plan.base.to_toml())
         save_text(folder / "sweep.toml", plan.to_toml())
-        result = _result(plan, frame, there[0] - len(plan.impossible), time.monotonic() - started)
+        result = _result(plan, frame, time.monotonic() - started)
         result.save(folder)
     return result
 
 
-def warned(frame: pd.DataFrame) -> list[tuple[int, str, str]]:
-    """Return the warnings: number of runs that have it, the first of them, and the text; most frequent first."""
-    found = same_warnings(zip(frame["run"].map(str), frame["warnings"], strict=True))
-    return sorted(((len(runs), runs[0], text) for text, runs in found), key=lambda entry: -entry[0])
-
-
-def _result(plan: Plan, frame: pd.DataFrame, earlier: int, seconds: float) -> Result:
-    """Return what a sweep has found; `earlier` runs were there before."""
+def _result(plan: Plan, frame: pd.DataFrame, seconds: float) -> Result:
+    """Return what a sweep has found."""
     name, count = Path(plan.file.scenario).name, len(frame)
-    remarks = list[str]()
-    warnings = warned(frame)
-    for runs, run, text in warnings[:_SHOWN]:
-        remarks.append(f"warning of {runs} of {count} runs, the first run {run}: {text}")
+    warnings = same_warnings(zip(frame["run"].map(str), frame["warnings"], strict=True))
+    remarks = [
+        f"warning of {len(runs)} of {count} runs, the first run {runs[0]}: {text}"
+        for text, runs in sorted(warnings, key=lambda found: -len(found[1]))[:_SHOWN]
+    ]
     if len(warnings) > _SHOWN:
         remarks.append(f"and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
     columns = {key: Column(key, code=True) for key in plan.runs[0].labels}
@@ -129,7 +118,7 @@ def _result(plan: Plan, frame: pd.DataFrame, earlier: int, seconds: float) -> Re
         verdict="outcome",
         remarks=remarks,
         scenarios={name: plan.base},
-        facts=[("scenario", name), ("runs that were there before", str(earlier))],
+        facts=[("scenario", name)],
         seconds=seconds,
         overview=lambda _: [*_descriptions(plan, frame), *sweep_pictures(plan, frame)],
     )

@@ -227,38 +227,6 @@ function followFragment() {
   if (wanted.has("play") && !calm.matches) setPlaying(true);
 }
 
-// To keep and to send ----------------------------------------------------------------------------------------------
-
-/** What is seen, with its time, what is magnified and the scale of its colours, as a file. */
-function savePicture() {
-  const [each, height] = sizeOf(scene), dots = scene.width / each, width = each * scenes.length, head = 58, foot = 62;
-  const size = { width: scene.width * scenes.length, height: scene.height + (head + foot) * dots };
-  const canvas = Object.assign(document.createElement("canvas"), size);
-  const c = canvas.getContext("2d"), write = (words, x, y, font, fill, align = "left") => {
-    Object.assign(c, { font, fillStyle: fill, textAlign: align });
-    c.fillText(words, x, y, width - 20);
-  };
-  c.scale(dots, dots);
-  c.fillStyle = colour.background;
-  c.fillRect(0, 0, width, head + height + foot);
-  scenes.forEach((one, n) => {
-    c.drawImage(one, n * each, head, each, height);
-    const name = one.parentElement.previousElementSibling;
-    if (scenes.length > 1) write(name.textContent, n * each + 10, head + 14, FONT.replace("12.5px", "600 14px"), colour.ink);
-  });
-  write(`t = ${$("time").textContent}   ${scenes.length > 1 ? "" : $("state").textContent}   ${run.side_text[Math.floor(show.place)]}`, 10, 24, FONT.replace("12.5px", "600 18px"), colour.ink);
-  write($("deformation").textContent, 10, 46, FONT, colour.ink);
-  const scale = document.querySelector(".scale:not([hidden])"), long = Math.min(360, width - 80), left = (width - long) / 2, top = head + height + 20;
-  write(scale.firstChild.textContent.trim(), width / 2, top - 7, FONT, colour.ink, "center");
-  facts.ramp.forEach((fill, n) => { c.fillStyle = fill; c.fillRect(left + (n * long) / 256, top, long / 256 + 1, 12); });
-  for (const tick of scale.querySelectorAll("span")) write(tick.textContent, left + (parseFloat(tick.style.left) / 100) * long, top + 28, FONT, colour.ink, "center");
-  canvas.toBlob((file) => {
-    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(file), download: `${document.title} ${$("time").textContent}.png` });
-    link.click();
-    URL.revokeObjectURL(link.href);
-  });
-}
-
 /** The address of this instant, in the line of the browser and, where it may be, ready to be pasted. */
 function linkHere() {
   setPlaying(false);
@@ -279,7 +247,7 @@ const BUTTONS = {
   play: toggle, home: KEYS.Home, end: KEYS.End, back: () => step(-1), forward: () => step(1),
   "event-back": () => stepEvent(-1), "event-forward": () => stepEvent(1),
   "zoom-in": KEYS["+"], "zoom-out": KEYS["-"], "zoom-all": showAll,
-  picture: savePicture, link: linkHere,
+  link: linkHere,
   theme: () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"),
 };
 const CHOICES = {

@@ -180,11 +180,11 @@ def _sections(result: Result) -> Iterator[Section]:
 
 
 def _data_and_fit(data: pd.DataFrame) -> list[Block]:
-    """Return the pictures of series, or residuals and table of quantities of the whole run."""
+    """Return the pictures of series, or the table of quantities of the whole run."""
     if data["time"].notna().all():
         return [_series_picture(str(name), of) for name, of in [*data.groupby("column", sort=False)][:_DRAWN]]
     shown = data.head(_LISTED)[["column", "unit", "measured", "deviation", "fitted", "residual"]]
-    return [_residual_picture(data), Table.of_frame(shown, "Values of the whole run.", digits=4)]
+    return [Table.of_frame(shown, "Values of the whole run.", digits=4)]
 
 
 def _series_picture(name: str, data: pd.DataFrame) -> Picture:
@@ -199,14 +199,4 @@ def _series_picture(name: str, data: pd.DataFrame) -> Picture:
         above.set(ylabel=with_unit(name, data["unit"].iloc[0]))
         below.set(xlabel="time (s)", ylabel="residual")
         above.legend()
-    return drawn
-
-
-def _residual_picture(data: pd.DataFrame) -> Picture:
-    """Draw the residuals of quantities of the whole run."""
-    with picture("Residuals over their standard deviations; nearly all should lie within 2.", height=2.8) as drawn:
-        axes = drawn.figure.subplots()
-        axes.axhspan(-2.0, 2.0, color=GREY, alpha=0.15, linewidth=0.0)
-        axes.plot(data["column"], data["residual"], "o", color=SERIES[0], markersize=4)
-        axes.set(ylabel="residual")
     return drawn
