@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.beam import Beam, ContactPlace
-from oblique_impact.beam.section_forces import displacements_along
+from oblique_impact.beam.section_forces import bent_beam
 from oblique_impact.contact.state import FREE, Residual
 from oblique_impact.contact.transitions import Earlier
 from oblique_impact.errors import InputError
@@ -108,11 +108,9 @@ class _BentAxis:
     """The bent axis in a state [theta, B] (n + 1,)."""
 
     def __init__(self, beam: Beam, q: Array) -> None:
-        u_x, u_y, _, _ = displacements_along(beam, q[None], np.zeros_like(q)[None])
         x = beam.operators.stations.points
         self._length = float(x[-1])
-        places = (beam.scenario.root.hub_radius + x + u_x[0] + 1j * u_y[0]) * np.exp(1j * q[0])
-        self._places = CubicSpline(x, places)
+        self._places = CubicSpline(x, bent_beam(beam, q[None], np.zeros_like(q)[None]).point()[0])
 
     def nearest(self, x: float, y: float) -> tuple[float, float]:
         """Return the place (m along the beam) nearest to a point, and its height (m) to the left of the point."""

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
-from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.history.variables import SECTION_FORCES
@@ -374,12 +374,13 @@ class BeamGeometry:
 
     def stations_at(self, k: float | Integers) -> Array:
         """Return the true axis in the inertial frame at sample k, (stations, 2), or at several, (samples, ...)."""
-        return _components(axis_places(self.scenario, self._sample(k)))
+        return _components(self._bent(k).point())
 
-    def _sample(self, k: float | Integers) -> dict[str, Array]:
-        """Return the variables of the axis at sample k, or at several."""
+    def _bent(self, k: float | Integers) -> BentBeam:
+        """Return the axis at sample k, or at several."""
         names = ("theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot")
-        return {"station": self.stations} | {name: self.value(name, k) for name in names}
+        sample = {"station": self.stations} | {name: self.value(name, k) for name in names}
+        return BentBeam.of_history(self.scenario, sample)
 
     def centreline(self, k: float) -> Array:
         """Return the drawn axis at sample k, (stations, 3)."""
@@ -460,13 +461,10 @@ class BeamGeometry:
         """
         if name in _VARIABLES:
             return self.value(name, k)
-        now = self._sample(k)
+        bent = self._bent(k)
         if name == "section_rotation":
-            return np.asarray(self._derivative @ now["uy"])
-        if name == "velocity":
-            vector = axis_velocities(self.scenario, now)
-        else:
-            vector = np.exp(1j * now["theta"]) * (now["ux"] + 1j * now["uy"])
+            return np.asarray(self._derivative @ bent.u.imag)
+        vector = bent.velocity() if name == "velocity" else np.exp(1j * bent.theta) * bent.u
         return np.insert(_components(vector), 2, 0.0, axis=1)
 
     def at_fibres(self, name: str, samples: Integers | slice = slice(None)) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
@@ -154,10 +155,10 @@ class _Frame:
 
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
+        bent, touch = self._bent, int(np.argmin(np.abs(self.stations.x - self.scenario.contact.point)))
         variables = {
             **self.samples.variables(),
-            **self._at_the_contact(),
-            **self._along(),
+            **bent.variables(touch, self.scenario.contact_fibre),
             "station": self.stations.x,
         }
         if self._several:
@@ -166,9 +167,7 @@ class _Frame:
             self.record.events = [event._replace(obstacle=0, place=0.0) for event in self.record.events]
         if self.scenario.contact.enabled:
             on_side = [isinstance(touching, NodeOnSide) for touching in self.touchings] if self._several else []
-            on_the_face = self.scenario.contact.surface == "section"
-            directions = np.exp(1j * (self.q[:, 2::NODE] @ self.stations.values.T)) if on_the_face else None
-            variables |= clearance_along(self.scenario, self.sections, variables, directions, on_side)
+            variables |= clearance_along(self.scenario, self.sections, bent, variables, on_side)
         return beam_history(self.scenario, self.record, self.samples, variables, self.section_forces, wall)
 
     def _column(self, name: str) -> np.ndarray[Any, Any]:
@@ -214,38 +213,16 @@ class _Frame:
         turned, turning = sums * np.exp(-1j * theta), rates * np.exp(-1j * theta)
         return theta, (turning.imag + hub * self.v[:, 2]) / (turned.real + hub)
 
-    def _displacement(self, weights: Array, x: Array) -> tuple[Complex, Complex]:
-        """Displacements u_x + i u_y (m) and their rates in the frame, of places that `weights` take from nodes."""
+    @property
+    def _bent(self) -> BentBeam:
+        """The beam at the stations, seen from the frame."""
         theta, spin = (values[:, None] for values in self.frame)
-        r = np.exp(-1j * theta) * (_complex(self.q) @ weights.T)
-        rate = np.exp(-1j * theta) * (_complex(self.v) @ weights.T) - 1j * spin * r
-        return r - (self.beam.radius + x), rate
-
-    def _at_the_contact(self) -> dict[str, Column]:
-        node = int(np.argmin(np.abs(self.beam.x - self.scenario.contact.point)))
-        unit = np.eye(1, self.beam.x.size, node)
-        u, _ = self._displacement(unit, self.beam.x[node : node + 1])
-        # of the contact point in the section
-        lever = 1j * self.scenario.contact_fibre * np.exp(1j * self.q[:, NODE * node + 2])
-        place = _complex(self.q)[:, node] + lever
-        velocity = _complex(self.v)[:, node] + 1j * self.v[:, NODE * node + 2] * lever
-        theta, spin = self.frame
-        return {
-            "theta": theta,
-            "theta_dot": spin,
-            "tip_x": place.real,
-            "tip_y": place.imag,
-            "tip_vx": velocity.real,
-            "tip_vy": velocity.imag,
-            "deflection": u[:, 0].imag,
-            "shortening": u[:, 0].real,
-        }
-
-    def _along(self) -> dict[str, Column]:
-        """Displacements along the beam, and their rates, each (samples, stations)."""
-        t = self.stations
-        u, rate = self._displacement(t.values, t.x)
-        return {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
+        back, to_stations = np.exp(-1j * theta), self.stations.values.T
+        place = back * (_complex(self.q) @ to_stations)
+        rate = back * (_complex(self.v) @ to_stations) - 1j * spin * place
+        phi, phi_rate = (values[:, 2::NODE] @ to_stations for values in (self.q, self.v))
+        arms, direction = self.beam.radius + self.stations.x, np.exp(1j * (phi - theta))
+        return BentBeam(theta, arms, place - arms, spin, rate, direction, 1j * (phi_rate - spin) * direction)
 
     def section_forces(self) -> dict[str, Column]:
         """Section forces and bending stress, each (samples, stations), of samples at stations."""

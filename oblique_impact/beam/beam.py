@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from oblique_impact.beam import floating_frame, nodal_frame
 from oblique_impact.beam.axis import Places, place_record
 from oblique_impact.beam.base_motion import BaseMotion, SpinUp, base_motion_of
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
@@ -386,9 +387,10 @@ class Beam:
         slopes = self.operators.stations.quadrature.slopes
         B, Bd, spin, (arms, masses) = q[:, 1:].T, qd[:, 1:].T, qd[:, 0], self.masses
         slope, slope_rate = slopes @ B, slopes @ Bd
-        axial = -self.integrals(slope * slope_rate) - spin * self.deflections(B)
-        transverse = self.deflections(Bd) + spin * (arms[:, None] - 0.5 * self.integrals(slope**2))
-        return np.asarray(0.5 * masses @ (axial**2 + transverse**2))
+        u = -0.5 * self.integrals(slope**2) + 1j * self.deflections(B)
+        rate = -self.integrals(slope * slope_rate) + 1j * self.deflections(Bd)
+        velocity = BentBeam(q[:, 0], arms[:, None], u, spin, rate).velocity()
+        return np.asarray(0.5 * masses @ (velocity.real**2 + velocity.imag**2))
 
 
 class FullBeam(Beam):

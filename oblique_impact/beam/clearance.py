@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import Array
 from oblique_impact.contact.state import State
@@ -27,8 +28,8 @@ EQUAL = 1e-9
 def clearance_along(
     scenario: Scenario,
     sections: Sections,
+    bent: BentBeam,
     variables: Mapping[str, Any],
-    directions: Points | None = None,
     on_side: Sequence[bool] = (),
 ) -> dict[str, NDArray[Any]]:
     """Return the smallest signed distance from the obstacles over the stations, its place, the nearest obstacle.
@@ -43,10 +44,10 @@ def clearance_along(
         With its obstacles.
     sections : Sections
         Cross-sections of its beam.
+    bent : BentBeam
+        The beam at its stations.
     variables : mapping of str to ndarray
-        `station`, `theta`, `ux` and `uy` of a history, and the variables of its contacts if it has several.
-    directions : ndarray, shape (samples, stations), optional
-        Of length 1, along the beam in its sections as they have turned: given, distances are those of the face.
+        `station` of a history, and the variables of its contacts if it has several.
     on_side : sequence of bool, shape (contacts,)
         Whether each of several contacts is a point of the beam on a side, not a point of an obstacle on the beam.
 
@@ -56,17 +57,12 @@ def clearance_along(
         The variables `clearance` and `clearance_at` (m), NaN where the motion is; and, of several contacts,
         `clearance_obstacle`: the slope is 0.
     """
-    x = variables["station"]
-    axis = sections.hub_radius + x + variables["ux"] + 1j * variables["uy"]
-    axis = np.exp(1j * variables["theta"])[:, None] * axis
-    depth = 0.0 if directions is None else sections.fibre_distance(x)
+    x, axis = variables["station"], bent.point()
+    depth = sections.fibre_distance(x) if scenario.contact.surface == "section" else 0.0
     found = list[tuple[int, Array, Array]]()
     for side in scenario.sides:
-        facing = side.facing(scenario.initial.angle)
-        face = axis if directions is None else axis + 1j * facing * depth * directions
-        height, along = side.offsets
-        z = np.exp(-1j * side.angle) * face - (along + 1j * height)
-        found.append((side.obstacle, _from_side(side.extent, z), x))
+        face = bent.point(side.facing(scenario.initial.angle) * depth)
+        found.append((side.obstacle, _from_side(side.extent, side.slip_and_gap(face)), x))
     for point in scenario.obstacle_points:
         if not point.corner:  # which belongs to its side
             away = np.abs(axis - (point.x + 1j * point.y))
@@ -86,7 +82,7 @@ def clearance_along(
 
 
 def _from_side(extent: tuple[float, ...], z: Points) -> Array:
-    """Distance (m) of points from a side, z = place along it + i height; beyond its ends that from the nearer."""
+    """Distance (m) of points from a side, z = slip + i gap; beyond its ends that from the nearer."""
     if not extent:
         return z.imag
     beyond = np.maximum(extent[0] - z.real, z.real - extent[1])

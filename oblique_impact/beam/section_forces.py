@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
 from oblique_impact.beam.shaking import base_acceleration, direction_in_frame
 
@@ -117,25 +118,25 @@ def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields
     return result
 
 
-def displacements_along(beam: Beam, q: Array, qd: Array) -> tuple[Array, Array, Array, Array]:
-    """Displacements u_x, u_y (m) and their rates (m/s) at the stations, each (samples, stations).
-
-    q and qd (samples, n + 1) are coordinates and velocities.  These results of :func:`fields_along` need
-    neither accelerations nor forces.
-    """
+def bent_beam(beam: Beam, q: Array, qd: Array) -> BentBeam:
+    """Return the bent beam at the stations, of coordinates and velocities (samples, n + 1)."""
     stations = beam.operators.stations
     table = stations.quadrature
     weights = table.weights.reshape(-1, 1, table.order)
-    found = np.empty((4, len(q), stations.points.size))
+    u, rate = np.empty((2, len(q), stations.points.size), dtype=complex)
     for part in _blocks(len(q), table.points.size):
         B, Bd = q[part, 1:].T, qd[part, 1:].T
         slopes, rates = np.asarray(table.slopes @ B), np.asarray(table.slopes @ Bd)
         sums = np.zeros((table.points.size // table.order + 1, 2, B.shape[1]))
         foreshortening = -beam.foreshortening * np.stack([0.5 * slopes * slopes, slopes * rates], axis=1)
         _add_panels(weights, foreshortening, sums[1:])
-        found[0, part], found[2, part] = np.moveaxis(sums[stations.cells // table.order].T, 1, 0)
-        found[1, part], found[3, part] = np.asarray(stations.values @ B).T, np.asarray(stations.values @ Bd).T
-    return found[0], found[1], found[2], found[3]
+        u.real[part], rate.real[part] = np.moveaxis(sums[stations.cells // table.order].T, 1, 0)
+        u.imag[part], rate.imag[part] = np.asarray(stations.values @ B).T, np.asarray(stations.values @ Bd).T
+    slope, slope_rate = (np.asarray(stations.slopes @ of.T[1:]).T for of in (q, qd))
+    direction = 1.0 - 0.5 * beam.foreshortening * slope**2 + 1j * slope
+    turning = (1j - beam.foreshortening * slope) * slope_rate
+    arms = beam.operators.sections.hub_radius + stations.points
+    return BentBeam(q[:, :1], arms, u, qd[:, :1], rate, direction, turning)
 
 
 def _blocks(samples: int, points: int, block: int | None = None) -> Iterator[slice]:

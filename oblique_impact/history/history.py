@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from xarray.backends import H5NetCDFStore
 
 from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.beam.validity.run_warnings import run_warnings
 from oblique_impact.contact.state import State
 from oblique_impact.errors import FileWarning, InputError, Outcome
 from oblique_impact.files import save_all, writing
-from oblique_impact.history.axis_motion import axis_places
 from oblique_impact.history.digest import digest_line, has_digest
 from oblique_impact.history.events import (
     EVENT_COLUMNS,
@@ -253,7 +253,7 @@ class History:
         """
         if self.scenario is None:
             raise InputError("beam_at: this is the history of a system that is no beam")
-        z = axis_places(self.scenario, self.at(time, side))
+        z = BentBeam.of_history(self.scenario, self.at(time, side)).point()
         return np.stack([z.real, z.imag], axis=1)
 
     def plot(self) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import clearance_along
-from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
+from oblique_impact.beam.section_forces import Motion, PointLoads, bent_beam, fields_along
 from oblique_impact.contact.state import OBSERVED, State
 from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.history.sample_times import ascending
@@ -98,24 +98,15 @@ def gather(
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     """Return the variables of the history of a beam, but for its :func:`section_forces`."""
     s = samples
-    found = {**s.variables(), **_at_the_contact(beam, s), "station": beam.operators.stations.points}
+    bent, o = bent_beam(beam, s.q, s.qd), beam.operators
+    touch = int(np.argmin(np.abs(o.stations.points - o.contact_point)))
+    found = {**s.variables(), **bent.variables(touch, beam.scenario.contact_fibre), "station": o.stations.points}
     if s.each.shape[1]:
         found |= _of_contacts(beam, s)
-    along = displacements_along(beam, s.q, s.qd)
-    found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
         on_side = [place.on_side for place in beam.contact_places] if s.each.shape[1] else []
-        found |= clearance_along(beam.scenario, beam.operators.sections, found, _directions(beam, s), on_side)
+        found |= clearance_along(beam.scenario, o.sections, bent, found, on_side)
     return found
-
-
-def _directions(beam: Beam, samples: Samples) -> Column | None:
-    """Directions of the sections (samples, stations), to second order; None where the axis is in contact."""
-    if beam.scenario.contact.surface == "axis":
-        return None
-    slope = np.asarray(beam.operators.stations.slopes @ samples.q[:, 1:].T).T
-    turned = 1.0 - 0.5 * beam.foreshortening * slope**2 + 1j * slope
-    return np.asarray(np.exp(1j * samples.q[:, :1]) * turned)
 
 
 def section_forces(beam: Beam, samples: Samples, variables: Mapping[str, Column]) -> dict[str, Column]:
@@ -193,30 +184,4 @@ def contact_variables(
         "contact_fx": force.real,
         "contact_fy": force.imag,
         "contact_state": samples.each,
-    }
-
-
-def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
-    """Return the variables of the frame and the contact point of a beam; the deflection is that of the axis."""
-    o, fibre = beam.operators, beam.scenario.contact_fibre
-    radius = o.sections.hub_radius + o.contact_point
-    theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
-    HB = beam.foreshortening * (B @ o.contact_shortening)
-    ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)
-    uy, uy_rate = B @ o.contact_shape, Bd @ o.contact_shape
-    spin, sine, cosine = samples.qd[:, 0], np.sin(theta), np.cos(theta)
-    # the section there is turned by phi, and the contact point at the height `fibre` in it
-    phi, phi_rate = B @ o.contact_slope, Bd @ o.contact_slope
-    arm, lift = radius + ux - fibre * phi, uy + fibre * (1.0 - 0.5 * beam.foreshortening * phi**2)
-    axial = ux_rate - fibre * phi_rate - spin * lift
-    transverse = uy_rate - fibre * beam.foreshortening * phi * phi_rate + spin * arm
-    return {
-        "theta": theta,
-        "theta_dot": spin,
-        "tip_x": arm * cosine - lift * sine,
-        "tip_y": arm * sine + lift * cosine,
-        "tip_vx": axial * cosine - transverse * sine,
-        "tip_vy": axial * sine + transverse * cosine,
-        "deflection": uy,
-        "shortening": ux,
     }

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import series_at
 
@@ -40,7 +40,8 @@ def sensor_reading(history: History, sensor: str, place: float, times: Array) ->
     # the axis with one station, which is the place
     variables = {name: (data[name].values @ here)[:, None] for name in ("ux", "uy", "ux_dot", "uy_dot")}
     variables |= {"station": place, "theta": data["theta"].values, "theta_dot": data["theta_dot"].values}
-    point, velocity = (motion(scenario, variables)[:, 0] for motion in (axis_places, axis_velocities))
+    bent = BentBeam.of_history(scenario, variables)
+    point, velocity = bent.point()[:, 0], bent.velocity()[:, 0]
     across = np.exp(-1j * scenario.initial.angle)
     if sensor == "displacement":
         return series_at(sampled, (across * (point - point[0])).imag, times, (across * velocity).imag)

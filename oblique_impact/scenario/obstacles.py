@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Side(NamedTuple):
@@ -27,6 +28,11 @@ class Side(NamedTuple):
         """Places [x, y] (m) where the side begins and ends; none if it is unbounded."""
         (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
         return tuple((x + along * c, y + along * s) for along in self.extent)
+
+    def slip_and_gap(self, z: Any) -> Any:
+        """Return slip + i gap (m) of points z = x + i y (m): the place along the side, the height above it."""
+        height, along = self.offsets
+        return cmath.exp(-1j * self.angle) * z - (along + 1j * height)
 
     def lengthened(self, cell: tuple[float, float]) -> Side:
         """Return the side, longer by a cell that reaches along it from a place (m before it, m after it)."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 
@@ -167,13 +168,9 @@ def test_a_start_beyond_the_end_may_be_below_the_slope():
 def of_straight_beam(scenario, stations, angle=0.0, rise=0.0):
     """Clearance of a straight axis of length 1 from the origin, raised by some heights (m)."""
     heights = np.atleast_1d(rise)
-    along = {"ux": np.zeros((heights.size, stations)), "uy": np.repeat(heights[:, None], stations, axis=1)}
-    variables = {"station": np.linspace(0.0, 1.0, stations), "theta": np.full(heights.size, angle), **along}
-    directions = None
-    if scenario.contact.surface == "section":
-        directions = np.full((heights.size, stations), np.exp(1j * angle))
-    sections = Sections.from_scenario(scenario)
-    return clearance_along(scenario, sections, variables, directions, on_side=[True])
+    x, theta = np.linspace(0.0, 1.0, stations), np.full((heights.size, 1), angle)
+    bent = BentBeam(theta, x, 1j * np.repeat(heights[:, None], stations, axis=1))
+    return clearance_along(scenario, Sections.from_scenario(scenario), bent, {"station": x}, on_side=[True])
 
 
 OBSTACLES = (

@@ -17,9 +17,9 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
+from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import writing
-from oblique_impact.history.axis_motion import axis_places, axis_velocities
 from oblique_impact.history.history import History
 from oblique_impact.progress import Status
 from oblique_impact.renders import panels
@@ -257,7 +257,8 @@ def steady_state(
 def _motion(history: History) -> np.ndarray:
     """Return places x + i y (m) and velocities (m/s) of the stations, (samples, 2, stations)."""
     assert history.scenario is not None
-    return np.stack([motion(history.scenario, history.data) for motion in (axis_places, axis_velocities)], axis=1)
+    bent = BentBeam.of_history(history.scenario, history.data)
+    return np.stack([bent.point(), bent.velocity()], axis=1)
 
 
 def _whole_periods(history: History, period: float) -> np.ndarray:

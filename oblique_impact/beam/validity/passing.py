@@ -30,8 +30,7 @@ def passing_warnings(
         return _passes_between(scenario, variables) + _passes_through_pegs(scenario, variables)
     slope, point, tolerance = scenario.slope, scenario.contact.point, DEEPER * scenario.beam.length
     warnings = []
-    c, s = np.cos(slope.angle), np.sin(slope.angle)
-    height = variables["tip_y"] * c - variables["tip_x"] * s - slope.offsets[0]
+    height = scenario.slope_side.slip_and_gap(variables["tip_x"] + 1j * variables["tip_y"]).imag
     past = np.full(height.shape, bool(slope.extent) and bool(height[0] < -tolerance))
     for passage in passages:
         past[variables["time"] > passage["time"]] = passage["how"] != "comes back"
