@@ -139,7 +139,7 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     s = beam.scenario
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
-    anywhere, massless, axial = beam.touches_anywhere, s.contact.point_inertia == "none", beam.axial_flexibility
+    anywhere, massless, axial = s.touches_anywhere, s.contact.point_inertia == "none", beam.axial_flexibility
     residual = beam.flexibility_of_places() if massless and anywhere and not s.is_nodal else None
     left_out = beam.residual_compliance > 0.0 if residual is None else residual.matrix.any()
     if massless and not left_out and not (anywhere and s.is_nodal):
@@ -149,9 +149,7 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
     candidates = candidates_at(beam.candidates, s, scheme, tolerances, parts, axial)
-    candidates = candidates._replace(flexibility=residual or axial, told_apart=anywhere)
-    if not anywhere:
-        candidates = candidates._replace(obstacles=(0,), places=(0.0,))
+    candidates = candidates._replace(flexibility=residual or axial)
     return Problem(
         beam.model,
         q0,

@@ -33,12 +33,10 @@ def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[
     """
     q0, qd0 = beam.state_of(*_pair(initial_state))
     history = initial_state if isinstance(initial_state, History) else None
-    if beam.scenario.contact.where == "anywhere" and beam.scenario.contact.enabled:
-        known = history if history is not None and "contact_state" in history else None
-        if known is not None and known["contact_state"].shape[1] != len(beam.contact_places):
-            found, wanted = known["contact_state"].shape[1], len(beam.contact_places)
-            raise InputError(f"initial_state: a history with {found} places of contact, should have {wanted}")
-        beam.contact_places = _on_their_sides(beam, beam.split(q0), known)
+    found, wanted = history.data.sizes["contact"] if history else len(beam.candidates), len(beam.candidates)
+    if found != wanted:
+        raise InputError(f"initial_state: a history with {found} places of contact, should have {wanted}")
+    beam.candidates = _on_their_sides(beam, beam.split(q0), history)
     return q0, qd0, {} if history is None else _closed(beam, history)
 
 
@@ -51,9 +49,8 @@ def _pair(initial_state: History | tuple[Array, Array]) -> tuple[Array, Array]:
 
 def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
     """Return the contacts that are closed at the end of a history, by their numbers."""
-    prefix = "contact_" if "contact_state" in history else ""
-    columns = [history[prefix + name].values for name in ("state", "lambda_n", "lambda_tau", "slip")]
-    states, normal, tangential, slips = (column.reshape(len(column), -1) for column in columns)
+    columns = (history[f"contact_{name}"].values for name in ("state", "lambda_n", "lambda_tau", "slip"))
+    states, normal, tangential, slips = columns
     found: dict[int, Earlier] = {}
     for i in np.flatnonzero(states[-1] != FREE).tolist():
         before = np.flatnonzero(states[:, i] == FREE)
@@ -73,7 +70,7 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
     """
     found = list[ContactPlace]()
     axis = _BentAxis(beam, start)
-    for i, place in enumerate(beam.contact_places):
+    for i, place in enumerate(beam.candidates):
         if place.on_side:
             found.append(place)
             continue

@@ -68,7 +68,7 @@ def contact_pieces(history: History) -> Pieces:
 
 
 def closed_samples(history: History, number: int) -> tuple[Integers, int]:
-    """Return the samples of a contact, ascending, and which it is of the several that a history has columns of.
+    """Return the samples of a contact, ascending, and the number of its column in the history.
 
     There is no sample of one that is an impact alone.
     """
@@ -112,7 +112,7 @@ def draw_contact_map(
 
     Raises InputError for a history of another kind.
     """
-    if history.scenario is None or "contact_place" not in history:
+    if history.scenario is None or not history.scenario.touches_anywhere:
         raise InputError('history: should be that of a beam with contact.where = "anywhere"')
     pieces, length = contact_pieces(history), history.scenario.beam.length
     if between is None:

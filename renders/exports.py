@@ -303,21 +303,16 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
 
 def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:
     """Return the contacts at a sample as vertices with the forces on the beam there."""
-    if geometry.anywhere:
-        places = np.stack([geometry.value("contact_x", k), geometry.value("contact_y", k)], axis=1)
-        vectors = {"contact_force": geometry.pushes(k)}
-        scalars = {name: geometry.value(f"contact_{name}", k) for name in ("gap", "slip_rate", "state")}
-        scalars["obstacle"] = geometry.values("contact_obstacle")
-    else:
-        places, (normal, friction) = geometry.contact_point(k)[None], geometry.contact_forces(k)
-        vectors = {
-            "velocity": np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)])[None],
-            "contact_force": (normal + friction)[None],
-            "normal_force": normal[None],
-            "friction_force": friction[None],
-        }
-        names = ("gap", "depth", "gap_rate", "slip_rate", "state")
-        scalars = {name: np.atleast_1d(geometry.value(name, k)) for name in names}
+    places = np.stack([geometry.value("contact_x", k), geometry.value("contact_y", k)], axis=1)
+    vectors = {"contact_force": geometry.pushes(k)}
+    scalars = {name: geometry.value(f"contact_{name}", k) for name in ("gap", "slip_rate", "state")}
+    scalars["obstacle"] = geometry.values("contact_obstacle")
+    if not geometry.scenario.touches_anywhere:  # what only the contact point has
+        normal, friction = geometry.contact_forces(k)
+        velocity = geometry.value("tip_vx", k), geometry.value("tip_vy", k)
+        of_point = {"velocity": velocity, "normal_force": normal, "friction_force": friction}
+        vectors |= {name: np.array([values]) for name, values in of_point.items()}
+        scalars |= {name: np.atleast_1d(geometry.value(name, k)) for name in ("depth", "gap_rate")}
     mesh = pv.PolyData(np.insert(places, 2, 0.0, axis=1))
     for name, values in (vectors | scalars).items():
         mesh.point_data[name] = np.insert(values, 2, 0.0, axis=1) if name in vectors else values

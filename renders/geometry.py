@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.contact.state import State
@@ -89,11 +90,10 @@ class BeamGeometry:
         self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
-        if self.anywhere:
-            s, found = history.scenario, history["contact_place"].shape[1]
-            asked = len(s.sides) * len(s.beam_points) + len(s.obstacle_points)
-            if found != asked:
-                raise InputError(f"history: has {found} contacts, where its scenario has {asked}")
+        self._places = contact_places(self.scenario)
+        found, asked = history.data.sizes["contact"], len(self._places)
+        if found != asked:
+            raise InputError(f"history: has {found} contacts, where its scenario has {asked}")
         self.times, self.stations = self.values("time"), self.values("station")
         #: number of the station at the contact point
         self.touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
@@ -141,9 +141,9 @@ class BeamGeometry:
     def _fitting_factor(self) -> float:
         """Return the round number that shows the largest deviation of the run from the chord.
 
-        With several contacts it is 1: a beam whose deflection is magnified would not touch what it touches.
+        Of a beam that touches anywhere it is 1: magnified, it would not touch what it touches.
         """
-        if self.anywhere:
+        if self.scenario.touches_anywhere:
             return 1.0
         axes = np.stack([self.stations + self.values("ux"), self.values("uy")], axis=-1)
         largest = float(np.nanmax(np.linalg.norm(axes - self.chord(axes), axis=-1), initial=0.0))
@@ -223,11 +223,6 @@ class BeamGeometry:
         return f"deflection drawn ×{factor:g} about the line from {self.inner_point} to {self.outer_point}"
 
     @cached_property
-    def anywhere(self) -> bool:
-        """Whether several places of the beam can be in contact."""
-        return "contact_place" in self.history
-
-    @cached_property
     def slope_axes(self) -> Array:
         """Unit vectors up along the slope and out of it (2, 2), in the inertial frame."""
         c, s = np.cos(self.scenario.slope.angle), np.sin(self.scenario.slope.angle)
@@ -245,25 +240,19 @@ class BeamGeometry:
 
     def near_places(self, k: float) -> Array:
         """Return the near ends (contacts, 3) of the lines across the beam along which it touches what is drawn."""
-        along = self.value("contact_place", k) if self.anywhere else self.scenario.contact.point
-        places, depth = self.contact_places(k), np.interp(along, self.stations, self.near_edge)
-        return np.column_stack([places, np.broadcast_to(depth, len(places))])
+        depth = np.interp(self.value("contact_place", k), self.stations, self.near_edge)
+        return np.column_stack([self.contact_places(k), depth])
 
     def contact_places(self, k: float) -> Array:
         """Return where the beam's face touches the drawn obstacles, or would, (contacts, 2)."""
-        if not self.anywhere:
-            return np.asarray(self.contact_point(k) - self.slope_depth * self.slope_axes[1])[None]
         points = np.stack([self.value("contact_x", k), self.value("contact_y", k)], axis=1)
         return np.asarray(points - self.slope_depth * self.contact_normals(k))
 
     def contact_normals(self, k: float) -> Array:
         """Return the normals of the contacts (contacts, 2), those of points across the undeformed beam."""
-        if not self.anywhere:
-            return np.asarray(self.slope_axes[1:])
-        s, theta = self.scenario, float(self.value("theta", k))
-        of_sides = [(-np.sin(side.angle), np.cos(side.angle)) for side in s.sides for _ in s.beam_points]
-        turned = [self.side_of(p) * np.array([-np.sin(theta), np.cos(theta)]) for p in s.obstacle_points]
-        return np.array([*of_sides, *turned]).reshape(-1, 2)
+        theta = float(self.value("theta", k))
+        turned = [(p.numbers[1], 1.0) if p.on_side else (theta, p.numbers[4]) for p in self._places]
+        return np.array([(-side * np.sin(angle), side * np.cos(angle)) for angle, side in turned])
 
     def side_of(self, point: ObstaclePoint) -> float:
         """Return on which side of a point the beam is, seen along it: 1 on its left, -1 on its right."""
@@ -273,8 +262,6 @@ class BeamGeometry:
     @cached_property
     def main_contact(self) -> int:
         """Number of the contact that pushes most in the run."""
-        if not self.anywhere:
-            return 0
         return int(np.argmax(np.nansum(np.abs(self.values("contact_lambda_n")), axis=0)))
 
     def close_contact(self, k: float) -> int:
@@ -288,8 +275,7 @@ class BeamGeometry:
     @cached_property
     def _close_contacts(self) -> Integers:
         shown = np.full(self.times.size, self.main_contact)
-        obstacles = self.values("contact_obstacle") if self.anywhere else np.zeros(1)
-        on_sides = np.arange(obstacles.size) < len(self.scenario.sides) * len(self.scenario.beam_points)
+        obstacles, on_sides = self.values("contact_obstacle"), np.array([place.on_side for place in self._places])
         own = (obstacles == obstacles[self.main_contact]) | (on_sides & on_sides[self.main_contact])
         if np.count_nonzero(own) == 1:
             return shown
@@ -305,27 +291,30 @@ class BeamGeometry:
 
     def pushes(self, k: float) -> Array:
         """Return the force of each contact on the beam in the inertial frame (N), (contacts, 2)."""
-        if not self.anywhere:
-            return np.asarray(np.nan_to_num(np.array([sum(self.contact_forces(k))])))
         force = np.stack([self.value("contact_fx", k), self.value("contact_fy", k)], axis=1)
         # time-stepping has no sample at an event: what is open at a sample pushes from the next one on
         return np.asarray(np.nan_to_num(force) * self.closed(k)[:, None])
 
     def closed(self, k: float) -> NDArray[np.bool_]:
-        """Return which of several contacts are closed at sample k, between two samples at the one before."""
+        """Return which contacts are closed at sample k, between two samples at the one before."""
         return np.asarray(self.values("contact_state")[int(k)] != State.FREE)
 
-    def zones(self, k: float) -> list[Zone]:
-        """Return where the beam touches its obstacles at sample k, by obstacle; none where it has one contact."""
-        if not (self.anywhere and self.closed(k).any()):
+    @cached_property
+    def zoned(self) -> list[int]:
+        """The obstacles that have a `Zone` where the beam touches them: none where a single point of it can."""
+        if not self.scenario.touches_anywhere:
             return []
+        return sorted({place.obstacle for place in self._places})
+
+    def zones(self, k: float) -> list[Zone]:
+        """Return where the beam touches its `zoned` obstacles at sample k, by obstacle."""
         closed = np.flatnonzero(self.closed(k))
         obstacles, places = self.values("contact_obstacle")[closed], self.value("contact_place", k)[closed]
         theta = float(self.value("theta", k))
         lifts = self.contact_normals(k)[closed] @ (-np.sin(theta), np.cos(theta))
         return [
             Zone(int(o), float(places[own].min()), float(places[own].max()), -float(np.sign(lifts[own][0])))
-            for o, own in ((o, obstacles == o) for o in np.unique(obstacles))
+            for o, own in ((o, obstacles == o) for o in self.zoned if o in obstacles)
         ]
 
     def contact_forces(self, k: float) -> tuple[Array, Array]:
@@ -340,8 +329,7 @@ class BeamGeometry:
     @cached_property
     def peak_force(self) -> float:
         """Largest resultant of the contact force (N) that float32 can hold; 0 if there is none."""
-        names = ("contact_fx", "contact_fy") if self.anywhere else ("lambda_n", "lambda_tau")
-        size = np.hypot(*(self.values(name) for name in names))
+        size = np.hypot(self.values("contact_fx"), self.values("contact_fy"))
         return float(np.max(size[size < np.finfo(np.float32).max], initial=0.0))
 
     def force_text(self, force: float) -> str:
@@ -355,16 +343,14 @@ class BeamGeometry:
 
         On a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility.
         """
-        if self.anywhere:
-            gap = float(self.value("contact_gap", k)[self.close_contact(k)])
-            return gap, gap
-        return float(_between(self._gap, k)), float(self.value("gap", k))
+        drawn = float(self.value("contact_gap", k)[self.close_contact(k)])
+        return drawn if self.scenario.touches_anywhere else float(_between(self._gap, k)), drawn
 
     def close_values(self, name: str) -> Array:
         """Return the `gap` (m) or the `slip_rate` (m/s) of the `close_contact`, (samples,)."""
-        if self.anywhere:
-            return np.take_along_axis(self.values(f"contact_{name}"), self._close_contacts[:, None], axis=1)[:, 0]
-        return self._gap if name == "gap" else self.values(name)
+        if name == "gap" and not self.scenario.touches_anywhere:
+            return self._gap
+        return np.take_along_axis(self.values(f"contact_{name}"), self._close_contacts[:, None], axis=1)[:, 0]
 
     @cached_property
     def _gap(self) -> Array:

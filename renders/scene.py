@@ -256,8 +256,7 @@ class BeamActor:
             self._whole = np.array(self._trace.points)
             view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
         contacts = len(geometry.contact_places(0)) if style.arrow else 0
-        touched = np.unique(geometry.values("contact_obstacle")) if style.arrow and geometry.anywhere else ()
-        self._bands = {int(obstacle): ZoneLine(view, colour) for obstacle in touched}
+        self._bands = {o: ZoneLine(view, colour) for o in geometry.zoned if style.arrow}
         self._forces = [Force(view, colour) for _ in range(contacts)]
 
     def move(self, time: float) -> None:

@@ -120,7 +120,6 @@ class _Frame:
         self.forces = self._kept_forces(run)
         self.samples = self._with_stick(samples)
         self.sections = Sections.from_scenario(s)
-        self._several = s.contact.where == "anywhere" and bool(self.touchings)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
 
@@ -159,14 +158,11 @@ class _Frame:
         variables = {
             **self.samples.variables(),
             **bent.variables(touch, self.scenario.contact_fibre),
+            **self._of_contacts(),
             "station": self.stations.x,
         }
-        if self._several:
-            variables |= self._of_contacts()
-        else:
-            self.record.events = [event._replace(obstacle=0, place=0.0) for event in self.record.events]
         if self.scenario.contact.enabled:
-            on_side = [isinstance(touching, NodeOnSide) for touching in self.touchings] if self._several else []
+            on_side = [isinstance(touching, NodeOnSide) for touching in self.touchings]
             variables |= clearance_along(self.scenario, self.sections, bent, variables, on_side)
         return beam_history(self.scenario, self.record, self.samples, variables, self.section_forces, wall)
 
@@ -183,12 +179,12 @@ class _Frame:
         return np.where(self.states != State.FREE, found, 0.0)
 
     def _of_contacts(self) -> dict[str, Column]:
-        """Return the variables of several contacts, each (samples, n)."""
+        """Return the variables of n contacts, each (samples, n)."""
         contacts = self.samples.contacts
         normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T] + self._end_pushes
         force = normal * self._column("normal") + along * self._column("tangent")
         obstacles = [touching.obstacle for touching in self.touchings]
-        return contact_variables(self.samples, obstacles, self._column("x"), self._column("point"), force)
+        return contact_variables(obstacles, self._column("x"), self._column("point"), force)
 
     @cached_property
     def frame(self) -> tuple[Array, Array]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
+from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam_problem import Parts, beam_tolerances, candidates_at, contact_machine
+from oblique_impact.beam_problem import beam_tolerances, candidates_at
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
-from oblique_impact.fem_beam.exact.exact_system import ExactSystem, beam_of, places_of, touchings_of
-from oblique_impact.marching.problem import Candidates, Problem
+from oblique_impact.fem_beam.exact.exact_system import ExactSystem, beam_of, touchings_of
+from oblique_impact.marching.problem import Problem
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -23,20 +24,15 @@ def exact_problem(
     """
     beam, scheme, driven = beam_of(scenario, sections), ExactScheme(), scenario.root.kind == "driven"
     system = ExactSystem(scenario, beam, motion or base_motion_of(scenario.root), touchings_of(scenario, beam))
-    tolerances, places = beam_tolerances(scenario, Sections.from_scenario(scenario).mass), places_of(scenario)
-    if places:
-        candidates = candidates_at(places, scenario, scheme, tolerances)._replace(hand_over=system.hand_over)
-    else:
-        stiffness, extent = scenario.contact.stiffness, scenario.slope.extent
-        machine = contact_machine(scenario, scheme, tolerances, Parts(), stiffness, extent)
-        candidates = Candidates.of_one(machine)
+    tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
+    candidates = candidates_at(contact_places(scenario), scenario, scheme, tolerances)
     q = beam.straight(scenario.initial.angle)
     speed = system.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
     return Problem(
         system,
         q,
         beam.turning(q, speed),
-        candidates=candidates,
+        candidates=candidates._replace(hand_over=system.hand_over),
         scheme=scheme,
         end_time=scenario.end_time,
         output_interval=scenario.solver.output_interval,

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.beam import ContactPlace, contact_places
+from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
@@ -30,16 +30,10 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     return ExactBeam(ends, elastic, own.tip_mass, own.hub_inertia, own.hub_radius)
 
 
-def places_of(scenario: Scenario) -> list[ContactPlace]:
-    """Return the places where a beam can touch; the contact point on the slope also where contact is disabled."""
-    several = scenario.contact.where == "anywhere"
-    return [] if several and not scenario.contact.enabled else contact_places(scenario)
-
-
 def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
     """Return the contacts of these places."""
     found = list[Touching]()
-    for place in places_of(scenario):
+    for place in contact_places(scenario):
         law = elastic_stop(place.stiffness, scenario.contact.damping, place.extent, place.cell)
         common, at = (beam, place.obstacle, law, place.extent), [float(x) for x in place.numbers]
         if place.on_side:

@@ -44,11 +44,16 @@ class ContactPlace(NamedTuple):
 
 
 def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[ContactPlace]:
-    """Return places that can touch if the whole beam can: its points on each side, each obstacle point on it.
+    """Return the places that a run follows, at least one: the contact point over the slope, or of the whole beam.
 
-    `foreshortening` is 0 where terms of second order are left out.
+    Of the whole beam they are its points on each side and each obstacle point on it; without contact it is the
+    contact point, which never touches.  `foreshortening` is 0 where terms of second order are left out.
     """
     s, found = scenario, list[ContactPlace]()
+    if not s.touches_anywhere:
+        fibre = s.contact_fibre
+        numbers = s.contact.point, s.slope.angle, *s.slope.offsets, fibre, foreshortening * fibre
+        return [ContactPlace(0, True, numbers, s.slope.extent, s.contact.stiffness)]
     length, reach = s.beam.length, s.root.hub_radius
     for side in s.sides:
         for place in s.beam_points:
@@ -194,24 +199,9 @@ class Beam:
         """Torque (N m) on the hub."""
         return self.scenario.root.torque if self.scenario.root.kind == "hub" else 0.0
 
-    @property
-    def touches_anywhere(self) -> bool:
-        """Whether the whole beam can touch, not its contact point alone."""
-        s = self.scenario
-        return bool(s.contact.where == "anywhere" and s.contact.enabled and self.contact_places)
-
-    @property
-    def candidates(self) -> list[ContactPlace]:
-        """Places that can touch: of the whole beam, or the contact point on the slope, which perhaps cannot."""
-        if self.touches_anywhere:
-            return self.contact_places
-        s, fibre = self.scenario, self.scenario.contact_fibre
-        numbers = s.contact.point, s.slope.angle, *s.slope.offsets, fibre, fibre * self.foreshortening
-        return [ContactPlace(0, True, numbers, s.slope.extent, s.contact.stiffness)]
-
     @cached_property
-    def contact_places(self) -> list[ContactPlace]:
-        """Places that can touch if the whole beam can, see :func:`contact_places`."""
+    def candidates(self) -> list[ContactPlace]:
+        """Places that a run follows, see :func:`contact_places`."""
         return contact_places(self.scenario, self.foreshortening)
 
     @cached_property
@@ -224,8 +214,8 @@ class Beam:
         along = np.array([x, sections.axial_flexibility(x)])
         if s.contact.where == "point":
             return Flexibility.along(along, np.array([s.contact.point]), np.ones(1))
-        places = np.array([place.numbers[0] if place.on_side else np.nan for place in self.contact_places])
-        angles = [place.numbers[1] - s.initial.angle if place.on_side else 0.0 for place in self.contact_places]
+        places = np.array([place.numbers[0] if place.on_side else np.nan for place in self.candidates])
+        angles = [place.numbers[1] - s.initial.angle if place.on_side else 0.0 for place in self.candidates]
         return Flexibility.along(along, places, np.where(np.cos(angles) >= 0.0, 1.0, -1.0))
 
     @cached_property
@@ -252,7 +242,7 @@ class Beam:
         """Places of contact as kernels read them."""
         o, along, places = self.operators, self.operators.along, self.candidates
         tables, each = np.zeros((len(places), o.size + 2, o.size)), self._place_records()
-        if not self.touches_anywhere:
+        if not self.scenario.touches_anywhere:
             kept = self.foreshortening if self.scenario.contact.shortening else 0.0
             tables[0] = np.vstack([kept * o.contact_shortening, o.contact_shape, o.contact_slope])
             return Places(each, tables, None)
@@ -292,8 +282,8 @@ class Beam:
         Obstacle points have the place at which they meet the straight beam.
         """
         s, reach = self.scenario, self.scenario.root.hub_radius
-        sides = np.array([place.on_side for place in self.contact_places])
-        numbers = np.array([place.numbers for place in self.contact_places])
+        sides = np.array([place.on_side for place in self.candidates])
+        numbers = np.array([place.numbers for place in self.candidates])
         x, y, distance = numbers[:, :3].T
         beside = np.sqrt(np.maximum(x * x + y * y - distance * distance, 0.0)) - reach
         places = np.where(sides, x, np.clip(beside, 0.0, s.beam.length))
@@ -469,7 +459,7 @@ class FullBeam(Beam):
 
     def _nodal_places(self) -> NodalPlaces | None:
         """Places of contact as kernels read them; None if one point alone can touch the slope."""
-        if not self.touches_anywhere:
+        if not self.scenario.touches_anywhere:
             return None
         assert self.operators.along is not None
         size = self.size + 1

@@ -47,15 +47,15 @@ def clearance_along(
     bent : BentBeam
         The beam at its stations.
     variables : mapping of str to ndarray
-        `station` of a history, and the variables of its contacts if it has several.
+        `station` of a history, and the variables of its contacts.
     on_side : sequence of bool, shape (contacts,)
-        Whether each of several contacts is a point of the beam on a side, not a point of an obstacle on the beam.
+        Whether each contact is a point of the beam on a side, not a point of an obstacle on the beam.
 
     Returns
     -------
     dict of str to ndarray, each of shape (samples,)
-        The variables `clearance` and `clearance_at` (m), NaN where the motion is; and, of several contacts,
-        `clearance_obstacle`: the slope is 0.
+        The variables `clearance` and `clearance_at` (m), NaN where the motion is, and `clearance_obstacle`: the
+        slope is 0.
     """
     x, axis = variables["station"], bent.point()
     depth = sections.fibre_distance(x) if scenario.contact.surface == "section" else 0.0
@@ -77,8 +77,8 @@ def clearance_along(
     obstacles = np.concatenate([np.full(distance.shape[1], number) for number, distance, _ in found])
     nearest = np.argmin(np.nan_to_num(distances, nan=np.inf, posinf=np.inf), axis=1)
     samples = np.arange(nearest.size)
-    of_obstacle = {"clearance_obstacle": obstacles[nearest]} if len(on_side) else {}
-    return {"clearance": distances[samples, nearest], "clearance_at": places[samples, nearest]} | of_obstacle
+    found_at = {"clearance": distances[samples, nearest], "clearance_at": places[samples, nearest]}
+    return found_at | {"clearance_obstacle": obstacles[nearest]}
 
 
 def _from_side(extent: tuple[float, ...], z: Points) -> Array:
@@ -92,13 +92,12 @@ def _from_side(extent: tuple[float, ...], z: Points) -> Array:
 def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] | None:
     """Return the smallest distance (m) of a run from the obstacles, its place x (m) and its first time (s).
 
-    Negative below the slope; of several obstacles the nearest too.  None if contact is disabled.
+    Negative below the slope; with the nearest obstacle.  None if contact is disabled.
     """
     distance = np.asarray(variables.get("clearance", np.nan))
     if not np.isfinite(distance).any():
         return None
     first = int(np.argmax(distance <= np.nanmin(distance) + EQUAL * length))
     found = {"distance": distance, "x": variables["clearance_at"], "time": variables["time"]}
-    if "clearance_obstacle" in variables:
-        found["obstacle"] = variables["clearance_obstacle"]
+    found["obstacle"] = variables["clearance_obstacle"]
     return {name: values[first].item() for name, values in found.items()}

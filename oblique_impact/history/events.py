@@ -14,7 +14,6 @@ from oblique_impact.marching.records import Contact, Event
 
 __all__ = [
     "EVENT_COLUMNS",
-    "OF_CONTACTS_IN_EVENTS",
     "Contact",
     "Event",
     "event_of",
@@ -35,22 +34,20 @@ EVENT_COLUMNS = (
     "tangential_impulse",
     "peak_force",
     "peak_energy",
+    "obstacle",
+    "place",
 )
-#: two more of a run with several contacts
-OF_CONTACTS_IN_EVENTS = ("obstacle", "place")
 
 
-def event_row(event: Event, columns: Sequence[str] = EVENT_COLUMNS) -> list[Any]:
-    """Return an event in the order of the columns; kind and state by their names."""
-    names = {"kind": event.kind.value, "state": event.state.name.lower()}
-    found = [names.get(column) or float(getattr(event, column)) for column in columns]
-    return [int(value) if column == "obstacle" else value for column, value in zip(columns, found, strict=True)]
+def event_row(event: Event) -> list[Any]:
+    """Return an event in the order of `EVENT_COLUMNS`; kind and state by their names."""
+    others = {"kind": event.kind.value, "state": event.state.name.lower(), "obstacle": event.obstacle}
+    return [others[name] if name in others else float(getattr(event, name)) for name in EVENT_COLUMNS]
 
 
 def event_of(row: Sequence[Any]) -> Event:
     """Return the event of a row; raises TypeError, ValueError or KeyError for other rows."""
-    columns = EVENT_COLUMNS if len(row) == len(EVENT_COLUMNS) else EVENT_COLUMNS + OF_CONTACTS_IN_EVENTS
-    given = dict(zip(columns, row, strict=True))
+    given = dict(zip(EVENT_COLUMNS, row, strict=True))
     kind, state = EventKind(given.pop("kind")), State[given.pop("state").upper()]
     numbers: dict[str, Any] = dict(zip(given, numbers_of(given.values()), strict=True))
     return Event(kind=kind, state=state, **numbers)
@@ -66,10 +63,10 @@ def numbers_of(values: Iterable[Any]) -> list[float]:
     return [float(value) for value in found]
 
 
-def events_csv(events: Sequence[Event], columns: Sequence[str] = EVENT_COLUMNS) -> str:
+def events_csv(events: Sequence[Event]) -> str:
     """Return the event log as CSV text; numbers have all their digits."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(event_row(event, columns) for event in events)
+    writer.writerow(EVENT_COLUMNS)
+    writer.writerows(event_row(event) for event in events)
     return buffer.getvalue()

@@ -30,13 +30,13 @@ from oblique_impact.files import save_all, writing
 from oblique_impact.history.digest import digest_line, has_digest
 from oblique_impact.history.events import (
     EVENT_COLUMNS,
-    OF_CONTACTS_IN_EVENTS,
     event_of,
     event_row,
     events_csv,
     numbers_of,
 )
 from oblique_impact.history.interpolation import Side, dataset_at
+from oblique_impact.history.older_files import FORMAT_WITHOUT_CONTACTS, with_contacts
 from oblique_impact.history.samples import Column, Samples
 from oblique_impact.history.summary import balance_text, require_summary, summarize
 from oblique_impact.history.variables import (
@@ -44,7 +44,6 @@ from oblique_impact.history.variables import (
     OF_A_BEAM,
     OF_A_SLOPE,
     OF_A_SYSTEM,
-    OF_CONTACTS,
     SECTION_FORCES,
     VARIABLES,
     dataset,
@@ -58,7 +57,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pyvista import PolyData
 
-FORMAT = "oblique-impact history 2"
+FORMAT = "oblique-impact history 3"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 #: larger numbers belong to no run; their squares overflow where lengths and energies are computed
 _LARGEST = np.float64(1e150)
@@ -188,13 +187,7 @@ class History:
         from pandas import DataFrame, RangeIndex
 
         numbers = RangeIndex(1, len(self.events) + 1, name="event")
-        columns = self._event_columns
-        return DataFrame([event_row(event, columns) for event in self.events], numbers, list(columns))
-
-    @property
-    def _event_columns(self) -> tuple[str, ...]:
-        """Columns of the event log: obstacle and place too, of several contacts."""
-        return EVENT_COLUMNS + OF_CONTACTS_IN_EVENTS if "contact_place" in self else EVENT_COLUMNS
+        return DataFrame([event_row(event) for event in self.events], numbers, list(EVENT_COLUMNS))
 
     @property
     def contact_table(self) -> pd.DataFrame:
@@ -236,7 +229,7 @@ class History:
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""
-        return events_csv(self.events, self._event_columns)
+        return events_csv(self.events)
 
     def at(self, time: float, side: Side = "right") -> xr.Dataset:
         """Return all variables at a time (s), interpolated between samples by cubics.
@@ -296,7 +289,7 @@ class History:
         whole = whole.assign_attrs(
             format=FORMAT,
             scenario=scenario,
-            events=json.dumps([event_row(event, self._event_columns) for event in self.events]),
+            events=json.dumps([event_row(event) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
@@ -352,11 +345,13 @@ class History:
     @classmethod
     def _of_one_dataset(cls, data: xr.Dataset) -> History:
         """Return the history of a file's dataset; raises errors of many kinds for parts missing or damaged."""
-        if data.attrs.get("format") != FORMAT:
+        if data.attrs.get("format") == FORMAT_WITHOUT_CONTACTS:
+            data = with_contacts(data)
+        elif data.attrs.get("format") != FORMAT:
             raise InputError(f"its format is not that of this version ({FORMAT})")
         beam = OF_A_BEAM | SECTION_FORCES if data.attrs["scenario"] else {}
-        optional = [group for group in (OF_CONTACTS, OF_A_SLOPE) if any(name in data for name in group)]
-        for name in chain(OF_A_SYSTEM, beam, *optional):
+        slope = OF_A_SLOPE if any(name in data for name in OF_A_SLOPE) else {}
+        for name in chain(OF_A_SYSTEM, beam, slope):
             if name not in data.variables and name not in ADDED_LATER:
                 raise InputError(f"it has no variable {name!r}")
         for key, variable in data.variables.items():
@@ -406,9 +401,6 @@ def beam_history(
     `section_forces` computes these; `wall` is the wall time of the marching (s); `beam` is the model of small
     deflections, None of the exact beam.
     """
-    if scenario.contact.where == "point":
-        point = scenario.contact.point
-        record.contacts = [c._replace(first_place=point, last_place=point) for c in record.contacts]
     summary = summarize(record, samples, wall, clustering_time(scenario))
     summary["clearance"] = closest(variables, scenario.beam.length)
     warnings, without_limit = run_warnings(scenario, record, variables, summary, beam)

@@ -40,13 +40,12 @@ class Samples(NamedTuple):
     stored: Array  # J, in elastic stops and the flexibility across the beam behind them
     stretched: Array  # J, in the axial flexibility behind the friction
     depth: Array  # m, compression of the stop itself
-    # of n contacts, if there are several: the same of each (samples, n, 6), states (samples, n)
-    contacts: Array = np.zeros((0, 0, len(OBSERVED)))
-    each: Column = np.zeros((0, 0), dtype=np.int8)
+    contacts: Array  # (samples, n, 6) the scalars of each of n contacts
+    each: Column  # (samples, n) of int8, their states
 
     def variables(self) -> dict[str, Column]:
         """Return the variables of a history that every system has."""
-        k = self.scalars
+        k, each = self.scalars, self.contacts
         return {
             "time": self.time,
             "q": self.q,
@@ -63,6 +62,12 @@ class Samples(NamedTuple):
             "energy_elastic": self.elastic,
             "energy_gravity": self.gravity,
             "energy_contact": self.stored + self.stretched,
+            "contact_gap": each[:, :, GAP],
+            "contact_slip": each[:, :, SLIP],
+            "contact_slip_rate": each[:, :, SLIP_RATE],
+            "contact_lambda_n": each[:, :, LAMBDA_N],
+            "contact_lambda_tau": each[:, :, LAMBDA_T],
+            "contact_state": self.each,
         }
 
 
@@ -101,10 +106,9 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     bent, o = bent_beam(beam, s.q, s.qd), beam.operators
     touch = int(np.argmin(np.abs(o.stations.points - o.contact_point)))
     found = {**s.variables(), **bent.variables(touch, beam.scenario.contact_fibre), "station": o.stations.points}
-    if s.each.shape[1]:
-        found |= _of_contacts(beam, s)
+    found |= _of_contacts(beam, s, found["tip_x"] + 1j * found["tip_y"])
     if beam.scenario.contact.enabled:
-        on_side = [place.on_side for place in beam.contact_places] if s.each.shape[1] else []
+        on_side = [place.on_side for place in beam.candidates]
         found |= clearance_along(beam.scenario, o.sections, bent, found, on_side)
     return found
 
@@ -112,31 +116,19 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
 def section_forces(beam: Beam, samples: Samples, variables: Mapping[str, Column]) -> dict[str, Column]:
     """Return section forces and stress, of samples at stations, from samples and their :func:`beam_variables`."""
     s = samples
-    if s.each.shape[1]:
-        loads = PointLoads(*(variables[f"contact_{name}"] for name in PointLoads._fields))
-    else:
-        loads = _load_of_the_slope(beam, variables)
+    loads = PointLoads(*(variables[f"contact_{name}"] for name in PointLoads._fields))
     fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, loads))
     places = {name: variables[name] for name in ("time", "station")}
     return places | {name: getattr(fields, name) for name in SECTION_FORCES}
 
 
-def _load_of_the_slope(beam: Beam, found: Mapping[str, Column]) -> PointLoads:
-    """Return the force of the one contact on the slope."""
-    c, s = np.cos(beam.scenario.slope.angle), np.sin(beam.scenario.slope.angle)
-    normal, tangential = found["lambda_n"], found["lambda_tau"]
-    place = np.full(normal.shape, beam.operators.contact_point)
-    columns = place, found["tip_x"], found["tip_y"], tangential * c - normal * s, tangential * s + normal * c
-    return PointLoads(*(column[:, None] for column in columns))
-
-
-def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
-    """Return the variables of several contacts, each (samples, n): places, kinematics, forces and states.
+def _of_contacts(beam: Beam, samples: Samples, contact_point: Column) -> dict[str, Column]:
+    """Return the variables of n contacts of a beam with its contact point at x + i y (samples,) in m.
 
     A point r of the beam on a side has n.r = gap + c_n and t.r = slip + c_t; at an obstacle point c the beam's
     face is at c + (gap + radius) n, with the normal n of the axis.
     """
-    o, places, numbers = beam.operators, beam.contact_places, samples.contacts
+    o, places, numbers = beam.operators, beam.candidates, samples.contacts
     gap, slip = numbers[:, :, GAP], numbers[:, :, SLIP]
     place, points, normals = -slip, np.empty(gap.shape, dtype=complex), np.empty(gap.shape, dtype=complex)
     theta, B = samples.q[:, 0], samples.q[:, 1:]
@@ -153,6 +145,8 @@ def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
         side, (cx, cy) = at.numbers[4], at.numbers[:2]
         normals[:, i] = 1j * side * tangent / np.abs(tangent)
         points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]
+    if not beam.scenario.contact.shortening:  # which gap and slip of the contact point leave out
+        points = contact_point[:, None]
     along = np.array([1.0 if at.on_side else at.numbers[4] for at in places])
     tangential = numbers[:, :, LAMBDA_T].copy()
     for i, at in enumerate(places):
@@ -160,28 +154,19 @@ def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
             pushes = elastic_stop(at.stiffness, 0.0, at.extent, at.cell).end_pushes(gap[:, i], slip[:, i])
             tangential[:, i] += np.where(samples.each[:, i] != State.FREE, pushes, 0.0)
     force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * tangential)
-    return contact_variables(samples, [at.obstacle for at in places], place, points, force)
+    return contact_variables([at.obstacle for at in places], place, points, force)
 
 
-def contact_variables(
-    samples: Samples, obstacles: Sequence[int], place: Column, points: Column, force: Column
-) -> dict[str, Column]:
-    """Return the variables of n contacts with obstacles (n,), each (samples, n).
+def contact_variables(obstacles: Sequence[int], place: Column, points: Column, force: Column) -> dict[str, Column]:
+    """Return the variables of n contacts of a beam with obstacles (n,), each (samples, n).
 
     They are at places along the beam (m) and at points x + i y (m), the force is that on the beam (N).
     """
-    numbers = samples.contacts
     return {
         "contact_obstacle": np.array(obstacles, dtype=np.int16),
         "contact_place": place,
         "contact_x": points.real,
         "contact_y": points.imag,
-        "contact_gap": numbers[:, :, GAP],
-        "contact_slip": numbers[:, :, SLIP],
-        "contact_slip_rate": numbers[:, :, SLIP_RATE],
-        "contact_lambda_n": numbers[:, :, LAMBDA_N],
-        "contact_lambda_tau": numbers[:, :, LAMBDA_T],
         "contact_fx": force.real,
         "contact_fy": force.imag,
-        "contact_state": samples.each,
     }

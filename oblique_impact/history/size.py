@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import prod
 
+from oblique_impact.beam.beam import contact_places
 from oblique_impact.history.variables import VARIABLES
 from oblique_impact.scenario.consistency import coordinates
 from oblique_impact.scenario.scenario import Scenario
@@ -17,10 +18,8 @@ _STATIONS = 33
 
 def expected_size(scenario: Scenario) -> float:
     """Return the estimated size (bytes) of the file of a history, without the samples at events."""
-    lengths = {"time": 1, "coordinate": coordinates(scenario.discretization), "station": _STATIONS, "contact": 0}
-    if scenario.contact.where == "anywhere":
-        points = len(scenario.sides) * len(scenario.beam_points)
-        lengths["contact"] = points + len(scenario.obstacle_points)
+    lengths = {"time": 1, "coordinate": coordinates(scenario.discretization), "station": _STATIONS}
+    lengths["contact"] = len(contact_places(scenario))
     # a variable without time is negligible
     values = sum(prod(lengths[d] for d in v.dimensions) for v in VARIABLES.values() if "time" in v.dimensions)
     return 8.0 * values * (scenario.end_time / scenario.solver.output_interval + 1.0)

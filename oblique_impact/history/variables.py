@@ -24,10 +24,12 @@ class Variable(NamedTuple):
 
 
 _TIME, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
+_CONTACTS = ("time", "contact")
 _POINT = "the point of the axis at contact.point: the beam's tip only where that is beam.length"
 _FINITE = (
     "the finite force: its integral over time leaves out the impulses of impacts, which events and contacts hold"
 )
+_WHOLE = f"with the push along the slide at an end of a bed, which lambda_tau leaves out; {_FINITE}"
 #: variables of every history
 OF_A_SYSTEM = {
     "time": Variable(_TIME, "s", "time"),
@@ -62,6 +64,17 @@ OF_A_SYSTEM = {
         "what elastic stops, beds, residual and axial flexibility hold; of a user-defined law the work of its "
         "force at rest",
     ),
+    "contact_gap": Variable(_CONTACTS, "m", "normal gap of a contact"),
+    "contact_slip": Variable(
+        _CONTACTS,
+        "m",
+        "tangential position of a contact",
+        "of a point of the beam along the side; of an obstacle point minus its place along the beam",
+    ),
+    "contact_slip_rate": Variable(_CONTACTS, "m/s", "slip velocity of a contact"),
+    "contact_lambda_n": Variable(_CONTACTS, "N", "normal force of a contact", _FINITE),
+    "contact_lambda_tau": Variable(_CONTACTS, "N", "tangential force of a contact", _FINITE),
+    "contact_state": Variable(_CONTACTS, "1", "state of a contact"),
 }
 #: of these, what older files do not have
 ADDED_LATER = {"energy_contact"}
@@ -80,36 +93,20 @@ OF_A_BEAM = {
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
     "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
     "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
-}
-_CONTACTS = ("time", "contact")
-_WHOLE = f"with the push along the slide at an end of a bed, which lambda_tau leaves out; {_FINITE}"
-#: variables that only a beam with several contacts has: with `contact.where = "anywhere"`
-OF_CONTACTS = {
     "contact_obstacle": Variable(
         ("contact",), "1", "obstacle of a contact", "the slope is 0, the others count from 1"
     ),
     "contact_place": Variable(_CONTACTS, "m", "place of a contact along the beam"),
     "contact_x": Variable(_CONTACTS, "m", "point of contact on the beam, inertial x"),
     "contact_y": Variable(_CONTACTS, "m", "point of contact on the beam, inertial y"),
-    "contact_gap": Variable(_CONTACTS, "m", "normal gap of a contact"),
-    "contact_slip": Variable(
-        _CONTACTS,
-        "m",
-        "tangential position of a contact",
-        "of a point of the beam along the side; of an obstacle point minus its place along the beam",
-    ),
-    "contact_slip_rate": Variable(_CONTACTS, "m/s", "slip velocity of a contact"),
-    "contact_lambda_n": Variable(_CONTACTS, "N", "normal force of a contact", _FINITE),
-    "contact_lambda_tau": Variable(_CONTACTS, "N", "tangential force of a contact", _FINITE),
     "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _WHOLE),
     "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _WHOLE),
-    "contact_state": Variable(_CONTACTS, "1", "state of a contact"),
-    "clearance_obstacle": Variable(_TIME, "1", "obstacle that the beam is closest to"),
 }
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {
     "clearance": Variable(_TIME, "m", "smallest distance of the beam from slope and obstacles, negative inside"),
     "clearance_at": Variable(_TIME, "m", "arc length where the beam is closest to slope and obstacles"),
+    "clearance_obstacle": Variable(_TIME, "1", "obstacle that the beam is closest to"),
 }
 #: variables of a beam that `History.section_forces` computes
 SECTION_FORCES = {
@@ -118,7 +115,7 @@ SECTION_FORCES = {
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
-VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_CONTACTS | OF_A_SLOPE | SECTION_FORCES
+VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_SLOPE | SECTION_FORCES
 
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:

@@ -597,9 +597,7 @@ class Run:
             self._stored(present, found, kept),
             self._stretched(present, found, kept),
         )
-        self.record.segments.append(
-            Segment(max(each), times, kept, found, nearest, *of_stops, each if self.candidates.told_apart else ())
-        )
+        self.record.segments.append(Segment(max(each), times, kept, found, nearest, *of_stops, each))
 
     def _compression(self, states: Sequence[Candidate], found: Observation) -> Array:
         """Largest compression (m) of a stop itself, 0 of rigid ones and in flight."""

@@ -30,12 +30,11 @@ class Candidates(NamedTuple):
     #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
     hand_over: Mapping[int, int] | None = None
     flexibility: Flexibility | None = None  # across a beam in modes, of places without inertia, or along it
-    told_apart: bool = True  # whether a history tells contacts apart: not that of a point on the slope
 
     @classmethod
     def of_one(cls, machine: ContactMachine) -> Candidates:
         """Return the one candidate of a system with a contact on a slope."""
-        return cls(ContactMachines([machine]), (0,), (True,), (0.0,), told_apart=False)
+        return cls(ContactMachines([machine]), (0,), (True,), (0.0,))
 
     def place(self, contact: int, slip: float) -> float:
         """Return the place (m along the beam) of a contact at its slip (m)."""

@@ -130,7 +130,7 @@ class Segment(NamedTuple):
     depth: Array  # (samples,) compression of the stop itself (m)
     stored: Array  # (samples,) J, in elastic stops and the flexibility across the beam behind them
     stretched: Array  # (samples,) J, in the axial flexibility behind the friction
-    each: tuple[int, ...] = ()  # state of each of several contacts
+    each: tuple[int, ...]  # (n,) state of each contact
 
 
 @dataclass

@@ -300,10 +300,15 @@ class Scenario(InputSection):
         return (inner, outer) if math.cos(self.initial.angle - side.angle) > 0.0 else (outer, inner)
 
     @property
+    def touches_anywhere(self) -> bool:
+        """Whether the whole beam can touch, not its contact point alone; never without contact."""
+        return self.contact.where == "anywhere" and self.contact.enabled
+
+    @property
     def taken_defaults(self) -> list[str]:
         """Lines about keys that were not given although results depend on them: `contact.grid`."""
         grid, is_given = self.contact.grid, "grid" in self.contact.model_fields_set
-        if is_given or not (self.contact.enabled and self.contact.where == "anywhere" and self.sides):
+        if is_given or not (self.touches_anywhere and self.sides):
             return []
         words = f"sides touch the beam at the ends of {grid} equal parts; 1: at its free end alone"
         return [f"contact.grid = {grid} is not given: {words}"]

@@ -194,7 +194,7 @@ def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:
 
 def _zones(geometry: BeamGeometry, samples: Integers) -> Array:
     """Return the zones of contact (frames, obstacles, 3): first and last place (m) and side, or zeros."""
-    obstacles = np.unique(geometry.values("contact_obstacle")).tolist() if geometry.anywhere else []
+    obstacles = geometry.zoned
     found = np.zeros((samples.size, len(obstacles), 3))
     for n, k in enumerate(samples):
         for zone in geometry.zones(k):
@@ -208,7 +208,7 @@ def _places(geometry: BeamGeometry, samples: Integers) -> tuple[Array, Array]:
     Each is of shape (frames, contacts, 2).
     """
     faces = np.array([geometry.contact_places(k) for k in samples])
-    if not geometry.anywhere:
+    if not geometry.scenario.touches_anywhere:
         return geometry.stations_at(samples)[:, None, geometry.touch], faces
     return np.stack([geometry.value(f"contact_{axis}", samples) for axis in "xy"], axis=2), faces
 
@@ -236,9 +236,7 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
 
     decimals = min(12, max(5, 6 - math.ceil(math.log10(float(times[-1] - times[0]) or 1.0) - 1e-9)))
     normal, tangential = geometry.values("lambda_n"), geometry.values("lambda_tau")
-    largest_push = np.hypot(normal, tangential)
-    if geometry.anywhere:
-        largest_push = np.hypot(geometry.values("contact_fx"), geometry.values("contact_fy")).max(axis=1)
+    largest_push = np.hypot(geometry.values("contact_fx"), geometry.values("contact_fy")).max(axis=1)
     found = {
         "side_text": [geometry.beside(k) for k in samples],
         "time_text": each(times, lambda v: f"{fixed(v, decimals)} s"),
@@ -260,9 +258,11 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         # of a single run the chart of the forces tells them
         told = {curve.label for chart in charts for curve in chart.curves}
         for name, values in (("normal", normal), ("tangential", tangential)):
-            if f"{name}{', of all contacts' if geometry.anywhere else ''}" not in told:
-                whole = " of all" if geometry.anywhere else ""
-                found[f"{name} force{whole}"] = each(values, lambda v: f"{significant(v, 4)} N")
+            of_all = geometry.scenario.touches_anywhere
+            if f"{name}{', of all contacts' if of_all else ''}" not in told:
+                found[f"{name} force{' of all' if of_all else ''}"] = each(
+                    values, lambda v: f"{significant(v, 4)} N"
+                )
     return found
 
 
@@ -345,14 +345,9 @@ def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
     """Return the listed contacts as cells of a table; `frame` is the one just after the start."""
     history, last, found = geometry.history, float(geometry.times[-1]), []
     for number, contact in evenly(list(enumerate(history.contacts))):
-        if geometry.anywhere:
-            inside, column = closed_samples(history, number)
-            states = history["contact_state"].values[:, column]
-            passed = dict.fromkeys(states[inside].tolist())
-        else:
-            start, end = last_sample(geometry.times, contact.start), first_sample(geometry.times, contact.end)
-            states = history["state"].values
-            passed = dict.fromkeys(states[int(start) : int(end) + 1].tolist())
+        inside, column = closed_samples(history, number)
+        states = history["contact_state"].values[:, column]
+        passed = dict.fromkeys(states[inside].tolist())
         names = [State(state).name.lower() for state in passed if state != State.FREE]
         lasts = states[-1] != State.FREE and contact.end >= last
         cells = [

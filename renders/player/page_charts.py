@@ -54,7 +54,9 @@ def page_charts(story: Story) -> list[PageChart]:
     story = replace(story, style=replace(story.style, theme="light"))
     geometry, runs = story.geometries[0], panels.runs_of(story)
     charts = [_chart(story, "force", panels.forces(runs)), _chart(story, "energy", panels.energy(runs))]
-    return [*charts, _places(story)] if geometry.anywhere and geometry.history.contacts else charts
+    if geometry.scenario.touches_anywhere and geometry.history.contacts:
+        charts.append(_places(story))
+    return charts
 
 
 def variables(theme: Theme) -> dict[str, str]:

@@ -189,7 +189,7 @@ class _Peak(NamedTuple):
 def _largest_force(s: Scenario, variables: Mapping[str, Array]) -> _Peak:
     """Return the largest contact force of a run."""
     key = "contact.stiffness" if s.contact.normal == "spring" else "contact.normal"
-    if "contact_lambda_n" not in variables:
+    if not s.touches_anywhere:
         force, depths = np.nan_to_num(variables["lambda_n"]), np.nan_to_num(variables["depth"])
         k = int(np.argmax(force))
         return _Peak(float(force[k]), float(depths[k]), s.contact.point, key, "of the contact point")
