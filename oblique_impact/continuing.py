@@ -35,7 +35,9 @@ def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[
     history = initial_state if isinstance(initial_state, History) else None
     found, wanted = history.data.sizes["contact"] if history else len(beam.candidates), len(beam.candidates)
     if found != wanted:
-        raise InputError(f"initial_state: a history with {found} places of contact, should have {wanted}")
+        raise InputError(
+            f"initial_state: a history with {found} places of contact, should have {wanted}; give its q and qd"
+        )
     beam.candidates = _on_their_sides(beam, beam.split(q0), history)
     return q0, qd0, {} if history is None else _closed(beam, history)
 

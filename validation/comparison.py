@@ -190,7 +190,7 @@ def _pair(left: History, right: History, name: str) -> _Pair:
     logs = [[event for event in history.events if start <= event.time <= end] for history in both]
     pairs = pair_events(logs[0], logs[1], MAX_SHIFT * (end - start))
     aligned = _on_common_clock(times, pairs, end - start)
-    every = dict.fromkeys(str(name) for history in both for name in history.data.data_vars)
+    every = dict.fromkeys(name for history in both for name in _names(history))
     rows = {name: _difference(name, both, times, aligned) for name in every if _comparable(name, left, right)}
     variables = pd.DataFrame(rows.values(), pd.Index(rows, name="variable")).assign(run=name)
     about = {
@@ -304,6 +304,12 @@ def _on_common_clock(times: Pair, pairs: pd.DataFrame, length: float) -> Pair:
             common[k + 1] = np.nextafter(common[k], np.inf)
         found.append(common)
     return found[0], found[1]
+
+
+def _names(history: History) -> list[str]:
+    """Return the names of variables; those over time alone tell all of a single contact point."""
+    several = history.scenario is not None and history.scenario.touches_anywhere
+    return [str(name) for name, values in history.data.items() if several or "contact" not in values.dims]
 
 
 def _comparable(name: str, left: History, right: History) -> bool:

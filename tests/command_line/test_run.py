@@ -43,6 +43,7 @@ def test_event_table(paper_run):
         rows = list(csv.DictReader(file))
     columns = "time,kind,normal_impulse,normal_velocity,tangential_velocity,energy_loss,state"
     assert list(rows[0])[:7] == columns.split(",")
+    assert (rows[0]["obstacle"], float(rows[0]["place"])) == ("0", 1.0)  # the slope, at the tip
     assert rows[0]["kind"] == "impact"
     assert float(rows[0]["time"]) == pytest.approx(0.3171473192, abs=1e-8)
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from oblique_impact import History, InputError, Scenario, simulate, simulate_system
+from oblique_impact import FileWarning, History, InputError, Scenario, simulate, simulate_system
 from oblique_impact.contact.state import State
 from oblique_impact.history.interpolation import value_at
 from oblique_impact.history.sample_times import ascending, first_sample, jumps, last_sample
@@ -35,13 +35,14 @@ UNITS = {
     "s": "time",
     "m or rad": "q",
     "m/s or rad/s": "qd",
-    "m": "gap depth slip station tip_x tip_y deflection shortening clearance clearance_at ux uy",
-    "m/s": "gap_rate slip_rate tip_vx tip_vy ux_dot uy_dot",
+    "m": "gap depth slip station tip_x tip_y deflection shortening clearance clearance_at ux uy "
+    "contact_place contact_x contact_y contact_gap contact_slip",
+    "m/s": "gap_rate slip_rate tip_vx tip_vy ux_dot uy_dot contact_slip_rate",
     "rad": "theta",
     "rad/s": "theta_dot",
-    "N": "lambda_n lambda_tau",
+    "N": "lambda_n lambda_tau contact_lambda_n contact_lambda_tau contact_fx contact_fy",
     "J": "energy_kinetic energy_elastic energy_gravity energy_contact",
-    "1": "state",
+    "1": "state contact_state contact_obstacle clearance_obstacle",
 }
 
 
@@ -114,8 +115,29 @@ def test_the_sides_of_a_jump(history):
     assert (int(before["state"]), int(after["state"])) == (0, int(impact.state))
 
 
+@pytest.mark.parametrize("keys", [(), ("contact.shortening=false",), ("contact.enabled=false",)])
+def test_one_contact_point_is_the_first_of_the_contacts(run, keys):
+    """Without contact it is there too, always free."""
+    history = run("paper", "end_time=0.35", *keys)
+    assert history.data.sizes["contact"] == 1
+    for name in ("gap", "slip", "slip_rate", "lambda_n", "lambda_tau", "state"):
+        np.testing.assert_array_equal(history[f"contact_{name}"].values[:, 0], history[name].values)
+    for axis in "xy":
+        np.testing.assert_allclose(
+            history[f"contact_{axis}"].values[:, 0], history[f"tip_{axis}"].values, atol=1e-14
+        )
+    tilt, size = history.scenario.slope.angle, history["lambda_n"].values.max()
+    across = history["contact_fy"] * np.cos(tilt) - history["contact_fx"] * np.sin(tilt)
+    np.testing.assert_allclose(across.values[:, 0], history["lambda_n"].values, atol=1e-14 * size)
+    assert (history["contact_place"].values == history.scenario.contact.point).all()
+    assert history["contact_obstacle"].values.tolist() == [0]
+    assert bool(history.events) == ("contact.enabled=false" not in keys)
+    assert {(event.obstacle, event.place) for event in history.events} <= {(0, history.scenario.contact.point)}
+
+
 def test_tables(history):
     table = history.event_table
+    assert list(table.columns[-2:]) == ["obstacle", "place"]
     assert list(table["time"]) == [event.time for event in history.events]
     assert table["time"][3] == history.events[2].time  # counted from 1, as `render --event 3` does
     assert history.contact_table["start"][1] == history.contacts[0].start
@@ -174,6 +196,37 @@ def test_a_system_that_is_no_beam_comes_back_and_has_no_section_forces(tmp_path)
     xr.testing.assert_identical(History.load(falling.save(tmp_path)).data, falling.data)
     with pytest.raises(InputError, match="no beam"):
         falling.section_forces()
+
+
+def falling_block():
+    return simulate_system(Block(lambda t, q, qd: (0.0, -9.8)), [0.0, 0.1], [0.0, 0.0], 0.3)
+
+
+@pytest.mark.parametrize("kind", ["one contact", "without contact", "two pegs", "a system"])
+def test_a_history_of_format_2_is_read_as_one_of_this_version(kind, run, tmp_path):
+    """It has no dimension `contact` where there is one contact, and no obstacle and place of its events."""
+    cases = {
+        "one contact": ("paper", "end_time=0.35"),
+        "without contact": ("paper", "end_time=0.01", "contact.enabled=false"),
+        "two pegs": ("two-pegs", "end_time=0.36"),
+    }
+    history = run(*cases[kind]) if kind in cases else falling_block()
+    assert history.events or kind == "without contact"
+    file = history.save(tmp_path) / "history.nc"
+    data = xr.load_dataset(file, engine="h5netcdf").assign_attrs(format="oblique-impact history 2")
+    if kind != "two pegs":
+        data = data.drop_vars([name for name in data if "contact" in data[name].dims])
+        data = data.drop_vars("clearance_obstacle", errors="ignore")
+        data.attrs["events"] = json.dumps([row[:10] for row in json.loads(data.attrs["events"])])
+    data.to_netcdf(file, engine="h5netcdf")
+    with pytest.warns(FileWarning, match="has no digest"):
+        found = History.load(file)
+    assert found.events == history.events
+    assert set(found) == set(history)
+    xr.testing.assert_allclose(found.data, history.data, rtol=1e-12, atol=1e-12)
+    for name in found:
+        assert found[name].attrs["units"] == history[name].attrs["units"]
+        assert found[name].attrs["long_name"] == history[name].attrs["long_name"]
 
 
 def test_an_event_log_of_any_length_comes_back(run, tmp_path):

@@ -32,9 +32,8 @@ def test_a_run_cut_in_two_while_a_contact_sticks_or_slips_is_the_run_in_one_piec
     keys, error = CASES[case]
     scenario = Scenario.builtin("paper", keys.split())
     whole = simulate(scenario)
-    time, states = whole["time"].values, whole["state"].values
-    if "contact_state" in whole:
-        states = whole["contact_state"].values.max(axis=1)
+    time = whole["time"].values
+    states = whole["contact_state"].values.max(axis=1)
     for state in (1, 2):
         cut = round(float(time[np.flatnonzero(states == state)[3]]), 4)
         first = simulate(scenario.replace(end_time=cut))

@@ -85,8 +85,7 @@ def assert_sound(history, friction):
     assert float(history["time"].values[-1]) == end
     assert all(event.time <= end for event in history.events)
     assert all(contact.start <= contact.end <= end for contact in history.contacts)
-    prefix = "contact_" if "contact_lambda_n" in history else ""
-    normal, tangential = (history[f"{prefix}{name}"].values for name in ("lambda_n", "lambda_tau"))
+    normal, tangential = (history[f"contact_{name}"].values for name in ("lambda_n", "lambda_tau"))
     outside = np.abs(tangential) - friction * (1.0 + 1e-8) * normal
     assert np.nanmax(outside, initial=-1.0) < 1e-6
 
