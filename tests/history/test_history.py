@@ -208,7 +208,7 @@ def test_a_history_of_format_2_is_read_as_one_of_this_version(kind, run, tmp_pat
     cases = {
         "one contact": ("paper", "end_time=0.35"),
         "without contact": ("paper", "end_time=0.01", "contact.enabled=false"),
-        "two pegs": ("two-pegs", "end_time=0.36"),
+        "two pegs": ("two-pegs", "end_time=0.39"),
     }
     history = run(*cases[kind]) if kind in cases else falling_block()
     assert history.events or kind == "without contact"
