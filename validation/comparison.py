@@ -308,8 +308,10 @@ def _on_common_clock(times: Pair, pairs: pd.DataFrame, length: float) -> Pair:
 
 def _names(history: History) -> list[str]:
     """Return the names of variables; those over time alone tell all of a single contact point."""
-    several = history.scenario is not None and history.scenario.touches_anywhere
-    return [str(name) for name, values in history.data.items() if several or "contact" not in values.dims]
+    if history.scenario is not None and history.scenario.touches_anywhere:
+        return list(map(str, history.data))
+    kept = history.data.drop_dims("contact").drop_vars("clearance_obstacle", errors="ignore")
+    return list(map(str, kept))
 
 
 def _comparable(name: str, left: History, right: History) -> bool:
