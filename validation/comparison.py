@@ -310,7 +310,7 @@ def _names(history: History) -> list[str]:
     """Return the names of variables; those over time alone tell all of a single contact point."""
     if history.scenario is not None and history.scenario.touches_anywhere:
         return list(map(str, history.data))
-    kept = history.data.drop_dims("contact").drop_vars("clearance_obstacle", errors="ignore")
+    kept = history.data.drop_dims("contact", errors="ignore").drop_vars("clearance_obstacle", errors="ignore")
     return list(map(str, kept))
 
 
