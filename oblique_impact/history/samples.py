@@ -145,7 +145,7 @@ def _of_contacts(beam: Beam, samples: Samples, contact_point: Column) -> dict[st
         side, (cx, cy) = at.numbers[4], at.numbers[:2]
         normals[:, i] = 1j * side * tangent / np.abs(tangent)
         points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]
-    if not beam.scenario.contact.shortening:  # which gap and slip of the contact point leave out
+    if not beam.scenario.touches_anywhere:  # gap and slip may leave out the shortening of the contact point
         points = contact_point[:, None]
     along = np.array([1.0 if at.on_side else at.numbers[4] for at in places])
     tangential = numbers[:, :, LAMBDA_T].copy()
