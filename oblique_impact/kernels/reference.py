@@ -8,6 +8,7 @@ interface for extensions (`numba.extending`) and that of llvmlite.
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any, TypeVar
 
 from llvmlite import ir
@@ -39,8 +40,10 @@ class Reference(types.Type):
 
     def __init__(self, of: types.BaseNamedTuple) -> None:
         self.of = of
-        # short: the names of compiled functions have it in them
-        super().__init__(name=f"reference({of.instance_class.__name__})")
+        # short, as the names of compiled functions have it in them; one for each type, lest a kernel from the cache
+        # and another one of this process have functions of the same name for different layouts
+        layout = hashlib.sha256(str(of).encode()).hexdigest()[:16]
+        super().__init__(name=f"reference({of.instance_class.__name__}-{layout})")
 
     @property
     def key(self) -> Any:
