@@ -200,7 +200,7 @@ def _described(name: str, arguments: Sequence[Any]) -> str:
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:
-    """Make a function a :class:`Kernel` of this name."""
+    """Make a function a `Kernel` of this name."""
     return lambda function: Kernel(function, name)
 
 
