@@ -40,8 +40,8 @@ class Reference(types.Type):
 
     def __init__(self, of: types.BaseNamedTuple) -> None:
         self.of = of
-        # short, as the names of compiled functions have it in them; one for each type, lest a kernel from the cache
-        # and another one of this process have functions of the same name for different layouts
+        # short, as the names of compiled functions have it in them; one for each type, lest a kernel from the
+        # cache and another one of this process have functions of the same name for different layouts
         layout = hashlib.sha256(str(of).encode()).hexdigest()[:16]
         super().__init__(name=f"reference({of.instance_class.__name__}-{layout})")
 
