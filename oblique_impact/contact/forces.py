@@ -235,7 +235,7 @@ def drift_of(c: Candidate) -> float:
 
 @inlined
 def travelled(c: Candidate) -> float:
-    """How far (m) the material has been carried along: the slip, but of a point that rolls."""
+    """Return how far (m) a contact has slid over the beam: its slip, or the travel of one that moves along it."""
     return c.slip if c.held != 0.0 else c.travel
 
 

@@ -47,7 +47,7 @@ class Reference(types.Type):
 
     @property
     def key(self) -> Any:
-        """What tells references apart."""
+        """Return what two references are compared by: the type of their tuples."""
         return self.of
 
     @property

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import time
+from typing import Any, NamedTuple
 
 import numba
+import numpy as np
 import pytest
 
 from oblique_impact.kernels.compiling import clock
+from oblique_impact.kernels.reference import Reference
 from tests.processes import python
 
 _NAMES = """
@@ -70,6 +73,19 @@ def test_where_names_of_numba_are_missing_the_plain_way_takes_over(tmp_path):
     plain, log = solved(tmp_path / "plain")
     assert log.count("plain way") == 1
     assert plain == pytest.approx(usual, rel=1e-12)
+
+
+class Pair(NamedTuple):
+    first: Any
+    second: Any = 1.0
+
+
+def test_references_have_the_same_name_for_one_layout_alone():
+    """Functions that a cached kernel and a new one call have it in their names: another layout is other code."""
+    whole, real, table = np.zeros(2, np.int64), np.zeros(2), np.zeros((2, 2))
+    names = [Reference(numba.typeof(Pair(values))).name for values in (whole, real, table, real.copy())]
+    assert len(set(names)) == 3
+    assert names[1] == names[3]
 
 
 def test_seconds_of_compiling_are_not_counted():
