@@ -235,7 +235,7 @@ def drift_of(c: Candidate) -> float:
 
 @inlined
 def travelled(c: Candidate) -> float:
-    """Return how far (m) a contact has slid over the beam: its slip, or the travel of one that moves along it."""
+    """Return the integral of the slip velocity (m): the slip, or of a point that rolls its travel."""
     return c.slip if c.held != 0.0 else c.travel
 
 
