@@ -113,10 +113,10 @@ class RightHandSide:
     def __init__(self, problem: Problem) -> None:
         self._system, self.size = problem.system, problem.q0.size
         self._work = problem.system.new_workspace()
-        start, free = np.concatenate([problem.q0, problem.qd0]), [problem.machine.free()]
+        start, free = np.concatenate([problem.q0, problem.qd0]), [problem.decision.free(0)]
         self._contacts, spare = (Contacts.new(free, self.size, packed=True) for _ in range(2))
         probe = Probe(problem, self._contacts, spare, 0.0, start, self._work)
-        self._contacts.take(0, problem.machine.pressed(probe))
+        self._contacts.take(0, problem.decision.pressed(0, probe))
         self._dy = np.zeros(2 * self.size + QUADRATURES + OF_A_CONTACT)
 
     def __call__(self, t: float, y: Any) -> Any:  # noqa: D102

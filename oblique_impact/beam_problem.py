@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, get_args, get_type_hints
 
@@ -15,20 +15,20 @@ from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
+from oblique_impact.contact.decision import Decision
 from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
-from oblique_impact.contact.simultaneous import ContactMachines
+from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import SLIDING, Baumgarte, Candidate, Contacts, Tolerances
 from oblique_impact.contact.stops import ContactLaw, MasslessPoint, elastic_stop
-from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.jit import is_compiled
 from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.problem import Candidates, Problem, no_residual
+from oblique_impact.marching.problem import Problem, no_residual
 from oblique_impact.marching.sampling import solve_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
@@ -148,14 +148,12 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
-    candidates = candidates_at(beam.candidates, s, scheme, tolerances, parts, axial)
-    candidates = candidates._replace(flexibility=residual or axial)
     return Problem(
         beam.model,
         q0,
         qd0,
-        candidates=candidates,
-        scheme=scheme,
+        decision_about(beam.candidates, s, scheme, tolerances, parts, axial),
+        scheme,
         end_time=s.end_time,
         output_interval=s.solver.output_interval,
         scales=np.ones(2 * q0.size),
@@ -164,41 +162,41 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
         residual=no_residual if anywhere else beam.residual,
         modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not anywhere else None,
         relative_deflection=beam.relative_deflection,
+        flexibility=residual or axial,
     )
 
 
-def candidates_at(
+def decision_about(
     places: Sequence[ContactPlace],
     scenario: Scenario,
     scheme: Scheme,
     tolerances: Tolerances,
     parts: Parts = Parts(),
     axial: Flexibility | None = None,
-) -> Candidates:
-    """Return places that can touch, at least one, with their transition tables.
+) -> Decision:
+    """Return the transition table of places that can touch, at least one.
 
     `axial` is the flexibility behind their friction, None of a beam that does not stretch.
     """
-    machines = [
-        contact_machine(
-            scenario,
-            scheme,
-            tolerances,
-            parts,
-            place.stiffness,
+    v, c = scenario.solver, scenario.contact
+    pairs = [
+        ContactPair(
+            parts.contact_law or contact_law_of(scenario, place.stiffness, place.extent, place.cell),
             place.extent,
-            not place.on_side,
-            place.cell,
+            place.obstacle,
+            place.on_side,
+            place.numbers[0],
             axial.behind(i) if axial else None,
-            i,
         )
         for i, place in enumerate(places)
     ]
-    return Candidates(
-        ContactMachines(machines),
-        tuple(place.obstacle for place in places),
-        tuple(place.on_side for place in places),
-        tuple(place.numbers[0] for place in places),
+    return Decision(
+        pairs,
+        parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
+        parts.impact_law or _impact_law(scenario),
+        tolerances._replace(flight=scheme.shortest_flight),
+        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
+        scheme.stick_criterion,
     )
 
 
@@ -231,39 +229,6 @@ def scheme_of(scenario: Scenario) -> Scheme:
             massless=c.point_inertia == "none",
         )
     return EventScheme(v.tolerance)
-
-
-def contact_machine(
-    scenario: Scenario,
-    scheme: Scheme,
-    tolerances: Tolerances,
-    parts: Parts,
-    stiffness: float,
-    extent: tuple[float, ...],
-    rolls: bool = False,
-    cell: float = 0.0,
-    axial: Callable[[float], tuple[float, float]] | None = None,
-    number: int = 0,
-) -> ContactMachine:
-    """Return the transition table of one contact of a scenario.
-
-    `stiffness` (N/m) is that of an elastic stop, `extent` the first and the last slip (m) of the contact, () if it
-    has no ends; a point of an obstacle `rolls` on the beam where it sticks; a `cell` (m) bears on a bedding;
-    for `axial` and `number` see `ContactMachine`.
-    """
-    v, c = scenario.solver, scenario.contact
-    return ContactMachine(
-        parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-        parts.impact_law or _impact_law(scenario),
-        tolerances._replace(flight=scheme.shortest_flight),
-        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
-        scheme.stick_criterion,
-        parts.contact_law or contact_law_of(scenario, stiffness, extent, cell),
-        extent,
-        rolls,
-        axial,
-        number,
-    )
 
 
 def contact_law_of(

@@ -53,6 +53,11 @@ class Outcome(Enum):
         "The constraints of the contact along and across the slope, or of several contacts, are not independent: "
         'their forces are not determined; use more modes, fewer contacts, or contact.friction = "frictionless".',
     )
+    IMPACT_OF_SEVERAL = (
+        "impact-of-several",
+        "An impact while another contact is closed, or of several at once: the law of impacts is one of a contact "
+        'that is alone; use contact.impact = "newton", or fewer obstacles.',
+    )
     STEP_UNDERFLOW = (
         "step-underflow",
         "The step fell below the resolution of time: the motion is singular, or too stiff for this scheme; "

@@ -15,11 +15,12 @@ from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.validity.integration import ambiguity_warnings
 from oblique_impact.beam_problem import Parts, beam_of, beam_problem, system_scales
+from oblique_impact.contact.decision import Decision
 from oblique_impact.contact.friction import Coulomb, FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
+from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
-from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.continuing import as_lists, begin_at
 from oblique_impact.errors import InputError, Interrupted, Outcome, SimulationWarning
 from oblique_impact.history.history import History, beam_history
@@ -31,7 +32,7 @@ from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Run
-from oblique_impact.marching.problem import Candidates, Problem
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.stepped import SteppedRun
@@ -213,21 +214,20 @@ def simulate_system(
     scheme = scheme or EventScheme(1e-10)
     tolerances, scales = system_scales(system, q0, qd0, end_time)
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
-    machine = ContactMachine(
+    axial = (lambda slip: (axial_flexibility, 1.0)) if axial_flexibility else None
+    decision = Decision(
+        [ContactPair(contact_law, extent, axial=axial)],
         friction or Frictionless(),
         impact_law or NewtonImpact(),
         tolerances._replace(flight=scheme.shortest_flight, gap=gap),
         baumgarte,
         scheme.stick_criterion,
-        contact_law,
-        extent,
-        axial=(lambda slip: (axial_flexibility, 1.0)) if axial_flexibility else None,
     )
     problem = Problem(
         system,
         q0,
         qd0,
-        Candidates.of_one(machine),
+        decision,
         scheme,
         end_time=float(end_time),
         output_interval=float(output_interval),

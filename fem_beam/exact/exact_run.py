@@ -7,7 +7,7 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam_problem import beam_tolerances, candidates_at
+from oblique_impact.beam_problem import beam_tolerances, decision_about
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
 from oblique_impact.fem_beam.exact.exact_system import ExactSystem, beam_of, touchings_of
@@ -25,18 +25,18 @@ def exact_problem(
     beam, scheme, driven = beam_of(scenario, sections), ExactScheme(), scenario.root.kind == "driven"
     system = ExactSystem(scenario, beam, motion or base_motion_of(scenario.root), touchings_of(scenario, beam))
     tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
-    candidates = candidates_at(contact_places(scenario), scenario, scheme, tolerances)
     q = beam.straight(scenario.initial.angle)
     speed = system.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
     return Problem(
         system,
         q,
         beam.turning(q, speed),
-        candidates=candidates._replace(hand_over=system.hand_over),
-        scheme=scheme,
+        decision_about(contact_places(scenario), scenario, scheme, tolerances),
+        scheme,
         end_time=scenario.end_time,
         output_interval=scenario.solver.output_interval,
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
         breakpoints=(*system.breakpoints, *(system.shaking.breakpoints if system.shaking else ())),
+        hand_over=system.hand_over,
     )

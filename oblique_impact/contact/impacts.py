@@ -9,9 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.contact.complementarity import plastic_impulses
 from oblique_impact.contact.forces import SINGULAR
 from oblique_impact.contact.state import Candidate
 from oblique_impact.errors import Outcome, RunEnded
+from oblique_impact.kernels.workspace import Array
 
 
 class Impulse(NamedTuple):
@@ -65,6 +67,14 @@ class ImpactLaw(ABC):
     def impulse(self, instant: Candidate, restitution: float) -> Impulse:
         """Impulse for the approach velocities at `instant` with the given restitution."""
 
+    def impulses(self, normal: Array, rates: Array) -> Array:
+        """Return the normal impulses (n,), N s, of an impact of n > 1 contacts, some of which are closed already.
+
+        `normal` (n, n) is the Delassus matrix (1/kg) of the normals, `rates` (n,) are the gap rates before (m/s).
+        By default raises RunEnded: a law for one contact says nothing of several.
+        """
+        raise RunEnded(Outcome.IMPACT_OF_SEVERAL)
+
 
 @dataclass(frozen=True)
 class NewtonImpact(ImpactLaw):
@@ -74,6 +84,10 @@ class NewtonImpact(ImpactLaw):
 
     def impulse(self, instant: Candidate, restitution: float) -> Impulse:  # noqa: D102
         return newton_impulse(instant, restitution)
+
+    def impulses(self, normal: Array, rates: Array) -> Array:
+        """Return Newton's impulses in Moreau's form: 0 <= P _|_ v + W P + e v >= 0 (Moreau 1988)."""
+        return plastic_impulses(normal, (1.0 + self.restitution) * rates)
 
 
 @dataclass(frozen=True)

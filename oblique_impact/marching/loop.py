@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.degenerate import ALTERNATING
 from oblique_impact.contact.forces import (
     add_stretch,
     guard_values,
@@ -23,7 +24,6 @@ from oblique_impact.contact.forces import (
     travelled,
 )
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.simultaneous import ALTERNATING
 from oblique_impact.contact.state import OBSERVED, Candidate, Contacts, Residual, State
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
@@ -105,20 +105,20 @@ class Run:
     """
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
-        self.problem, self.candidates, self.machines = problem, problem.candidates, problem.candidates.machines
+        self.problem, self.decision, self.pairs = problem, problem.decision, problem.decision.pairs
         self.record = Record()
         self._report = on_progress
-        size, n = problem.q0.size, len(self.machines.machines)
+        size, n = problem.q0.size, len(self.pairs)
         integrals = np.zeros(QUADRATURES + OF_A_CONTACT * n)
         extra = np.full(problem.scheme.extra_state(size, n, integrals.size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, integrals, extra])
         self._kept = self._y.size - extra.size  # entries of the state that samples keep, not those of the scheme
         work = problem.system.new_workspace()
-        tolerances = problem.machine.tolerances
+        tolerances = problem.decision.tolerances
         self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, n)
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
-        packed, law = is_compiled(problem.system), problem.machine.law
-        free = [machine.free().changed(enabled=int(problem.contact)) for machine in self.machines.machines]
+        packed, law = is_compiled(problem.system), problem.decision.law
+        free = [self.decision.free(i).changed(enabled=int(problem.contact)) for i in range(n)]
         self.contacts = Contacts.new(free, size, packed, law)
         self._spare = Contacts.new(free, size, packed, law)
         self.prepared = Prepared(problem.system, self.contacts, self._scratch, own)
@@ -126,7 +126,7 @@ class Run:
         self._jumped = False  # velocities, where the phase began
         self._open: dict[int, OpenContact] = {}
         self._left: dict[int, float] = {}  # s, when an impact has opened a contact
-        self._ends = np.array([machine.ends for machine in self.machines.machines]).T
+        self._ends = np.array([pair.ends for pair in self.pairs]).T
         self._initial_inertia = 0.0
         self._steps_per_call = problem.scheme.steps_per_call(size)
         if not isinstance(problem.system, tuple):
@@ -198,7 +198,7 @@ class Run:
 
     def _start(self) -> Outcome | None:
         probe = self._probe()
-        change = self.machines.start(probe, self.problem.earlier)
+        change = self.decision.start(probe, self.problem.earlier)
         if change.events:
             self._sample()
         failure = self._apply(change, probe)
@@ -226,14 +226,11 @@ class Run:
         Where no contact state exists behind it the function returns the outcome that ends the run there.
         """
         self._set_mark()
-        before = self.machines.ambiguous
         try:
             failure = change()
         except RunEnded:
             self._return_to_mark()
             raise
-        if self.machines.ambiguous > before:
-            self.record.ambiguous.append(self._now.t)
         if failure is not None:
             raise RunEnded(failure)
 
@@ -314,14 +311,14 @@ class Run:
 
     def _follow(self, guard: int) -> Outcome | None:
         probe, t = self._probe(), self._now.t
-        tolerances = self.problem.machine.tolerances
+        tolerances = self.problem.decision.tolerances
         recent = ALTERNATING * tolerances.time
         lately = [
             i
             for i, left in self._left.items()
             if t - left < recent and abs(probe.of(i).gap) < _JUST_OPENED * tolerances.gap
         ]
-        change = self.machines.after_guard(guard, lately, probe)
+        change = self.decision.after_guard(guard, lately, probe)
         self._hand_over(change, probe)
         return self._apply(change, probe)
 
@@ -334,21 +331,21 @@ class Run:
         A point of the beam at the depth d beyond the end of a side has the corner in the beam, within d of itself
         and deep by d times the cosine of the angle between beam and side.
         """
-        candidates = self.candidates
-        for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and self.machines.compliant]:
+        hand_over = self.problem.hand_over
+        for i in [i for i, how in change.passages if how is AtEnd.SLIDES_OFF and self.decision.compliant]:
             own = probe.of(i)
-            for j, machine in enumerate(self.machines.machines):
-                if candidates.obstacles[j] != candidates.obstacles[i]:
+            for j, pair in enumerate(self.pairs):
+                if pair.obstacle != self.pairs[i].obstacle:
                     continue
-                if candidates.on_side[j] == candidates.on_side[i]:
+                if pair.on_side == self.pairs[i].on_side:
                     continue
-                if candidates.hand_over is not None and candidates.hand_over.get(i) != j:
+                if hand_over is not None and hand_over.get(i) != j:
                     continue
                 other = probe.of(j)
-                apart = candidates.place(i, own.slip) - candidates.place(j, other.slip)
-                meets = candidates.hand_over is not None or not machine.is_beyond(other.slip)
+                apart = self.pairs[i].place(own.slip) - pair.place(other.slip)
+                meets = hand_over is not None or not pair.is_beyond(other.slip)
                 if other.state == State.FREE and other.gap < 0.0 and abs(apart) < -own.gap and meets:
-                    change.states[j] = machine.pressed(probe)
+                    change.states[j] = self.decision.pressed(j, probe)
                     change.events.append((j, EventKind.IMPACT))
 
     def _apply(self, change: Transition, probe: Probe) -> Outcome | None:
@@ -389,12 +386,14 @@ class Run:
                 now.slip_rate,
                 impulse.energy_loss,
                 State(self.contacts.of(i).state),
-                obstacle=self.candidates.obstacles[i],
-                place=self.candidates.place(i, was.slip),
+                obstacle=self.pairs[i].obstacle,
+                place=self.pairs[i].place(was.slip),
             )
             self.record.events.append(self._track(i, event, impulse))
             if event.state == State.FREE and change.impulses:
                 self._left[i] = t
+        if change.ambiguous:
+            self.record.ambiguous.append(t)
         return change.failure
 
     def _stick_axially(self, change: Transition, before: Mapping[int, Candidate]) -> None:
@@ -414,12 +413,12 @@ class Run:
 
     def _pass_end(self, contact: int, how: AtEnd, c: Candidate) -> None:
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
-        machine = self.machines.machines[contact]
-        if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
-            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(c.gap, c.slip, c.compliance))
-        if self.candidates.on_side[contact] or how is AtEnd.SLIDES_OFF:
-            end = min(machine.extent, key=lambda place: abs(place - c.slip))
-            self.record.passages.append(Passage(self._now.t, how, c.slip, end, self.candidates.obstacles[contact]))
+        pair = self.pairs[contact]
+        if how is AtEnd.SLIDES_OFF and pair.contact_law is not None:
+            self._add_to(contact, 0.0, 0.0, 0.0, pair.contact_law.energy(c.gap, c.slip, c.compliance))
+        if self.pairs[contact].on_side or how is AtEnd.SLIDES_OFF:
+            end = min(pair.extent, key=lambda place: abs(place - c.slip))
+            self.record.passages.append(Passage(self._now.t, how, c.slip, end, self.pairs[contact].obstacle))
 
     def _add_to(self, contact: int, normal: float, tangential: float, friction: float, stop: float) -> None:
         """Add impulses (N s) and losses by friction and stop (J) to the quadratures, of the contact and of all."""
@@ -432,9 +431,9 @@ class Run:
 
         It is the scheme's where fixed steps notice contacts late, and the stop's where a contact is handed over.
         """
-        gone, criterion = [contact for contact, _ in change.passages], self.machines.stick_criterion
+        gone, criterion = [contact for contact, _ in change.passages], self.decision.stick_criterion
         for i, state in change.states.items():
-            law, was = self.machines.machines[i].contact_law, before[i]
+            law, was = self.pairs[i].contact_law, before[i]
             if law is not None and i not in gone and (was.state == State.FREE) != (state.state == State.FREE):
                 energy = law.energy(was.gap, was.slip, max(was.compliance, state.compliance))
                 if gone:
@@ -457,17 +456,17 @@ class Run:
 
     def _close(self, contact: int, place: float) -> Contact:
         """Close a contact at a place (m); returns the share of its finite force."""
-        opened, machine = self._open.pop(contact), self.machines.machines[contact]
+        opened, pair = self._open.pop(contact), self.pairs[contact]
         opened.visit(place)
-        whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), machine.contact_law)
-        self.record.contacts.append(whole._replace(obstacle=self.candidates.obstacles[contact]))
+        whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), pair.contact_law)
+        self.record.contacts.append(whole._replace(obstacle=self.pairs[contact].obstacle))
         return finite
 
     def _close_open_contacts(self) -> None:
         """Close what is open at the end of a run."""
         slips = self.record.segments[-1].observation.column("slip")[-1]
         for i in list(self._open):
-            self._close(i, self.candidates.place(i, float(slips[i])))
+            self._close(i, self.pairs[i].place(float(slips[i])))
 
     def _own_quadratures(self, contact: int) -> Array:
         """Return the quadratures of one contact alone, (7,)."""
@@ -587,8 +586,8 @@ class Run:
         for i, opened in self._open.items():
             gap, slip = found.column("gap")[:, i], found.column("slip")[:, i]
             opened.press(float(np.fmax.reduce(found.column("lambda_n")[:, i])), float(np.fmax.reduce(-gap)))
-            opened.visit(self.candidates.place(i, float(slip.min())))
-            opened.visit(self.candidates.place(i, float(slip.max())))
+            opened.visit(self.pairs[i].place(float(slip.min())))
+            opened.visit(self.pairs[i].place(float(slip.max())))
         kept = states[:, : self._kept].copy()
         each = tuple(int(c.state) for c in present)
         nearest = _nearest(np.array([c.side for c in present]), self._ends, found.contacts)
@@ -602,20 +601,20 @@ class Run:
     def _compression(self, states: Sequence[Candidate], found: Observation) -> Array:
         """Largest compression (m) of a stop itself, 0 of rigid ones and in flight."""
         largest = np.zeros(len(found.contacts))
-        for i, (c, machine) in enumerate(zip(states, self.machines.machines, strict=True)):
-            if machine.contact_law is not None and c.state != State.FREE:
+        for i, (c, pair) in enumerate(zip(states, self.pairs, strict=True)):
+            if pair.contact_law is not None and c.state != State.FREE:
                 residual = Residual(c.compliance, c.relaxation, c.tilt)
                 numbers = (found.column(name)[:, i] for name in ("gap", "gap_rate", "lambda_n"))
-                largest = np.maximum(largest, machine.contact_law.compression(residual, *numbers))
+                largest = np.maximum(largest, pair.contact_law.compression(residual, *numbers))
         return largest
 
     def _stored(self, states: Sequence[Candidate], found: Observation, y: Array) -> Array:
         """Energy (J) that elastic stops, and the residual flexibility with them, hold at samples."""
         stored = np.zeros(len(found.contacts))
-        for i, (c, machine) in enumerate(zip(states, self.machines.machines, strict=True)):
-            if machine.contact_law is not None and c.state != State.FREE:
+        for i, (c, pair) in enumerate(zip(states, self.pairs, strict=True)):
+            if pair.contact_law is not None and c.state != State.FREE:
                 gap, slip = found.column("gap")[:, i], found.column("slip")[:, i]
-                stored += machine.contact_law.energies(gap, slip, c.compliance)
+                stored += pair.contact_law.energies(gap, slip, c.compliance)
         return stored
 
     def _stretched(self, states: Sequence[Candidate], found: Observation, y: Array) -> Array:

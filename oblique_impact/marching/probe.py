@@ -140,7 +140,7 @@ class Probe:
         found, rows, _, acceleration = self._solved
         c, law = found[contact], self._spare.law
         force = stop_force(law, c, c.gap, c.gap_rate) if c.compliant else -c.gap_acceleration / c.a_nn
-        h = _AHEAD * self._problem.machine.tolerances.time
+        h = _AHEAD * self._problem.decision.tolerances.time
         acceleration = acceleration + force * rows[RESPONSE, contact, 0]
         velocity = self._qd + h * acceleration
         position = self._q + h * (self._qd + 0.5 * h * acceleration)

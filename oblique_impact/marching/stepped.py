@@ -64,7 +64,7 @@ class SteppedRun(Run):
         assert isinstance(problem.scheme, TimeSteppingScheme)
         n, size = len(self.contacts.each), problem.q0.size
         rubs, self._massless = problem.scheme.mu_static > 0.0, problem.scheme.massless
-        found = self.candidates.flexibility if rubs or self._massless else None
+        found = self.problem.flexibility if rubs or self._massless else None
         flexibility = (found or Flexibility.none()).at_rest()
         self._steps = StepBuffers.new(n, size, rubs, flexibility)
         self.prepared = Prepared(problem.system, self.contacts, self._scratch, self._steps)
@@ -146,7 +146,7 @@ class SteppedRun(Run):
             kind = EventKind.RELEASE
         elif STUCK in (before, after):
             kind = EventKind.STICK if after == STUCK else EventKind.SLIP
-        obstacle, place = self.candidates.obstacles[contact], self.candidates.place(contact, slip)
+        obstacle, place = self.pairs[contact].obstacle, self.pairs[contact].place(slip)
         event = Event(time, kind, 0.0, 0.0, closing, slipping, 0.0, _STATES[after], obstacle=obstacle, place=place)
         if kind is EventKind.IMPACT:
             self._began[contact] = len(self.record.events), row.copy()
@@ -163,7 +163,7 @@ class SteppedRun(Run):
         events[number] = events[number]._replace(
             normal_impulse=impact.normal, tangential_impulse=impact.tangential, energy_loss=impact.energy_loss
         )
-        places = sorted(self.candidates.place(contact, float(counted[k])) for k in (LEAST, MOST))
+        places = sorted(self.pairs[contact].place(float(counted[k])) for k in (LEAST, MOST))
         peak = float(counted[PEAK])
         whole = Contact(
             float(began[0]),
@@ -173,7 +173,7 @@ class SteppedRun(Run):
             peak,
             0.0,
             impact.energy_loss + friction,
-            obstacle=self.candidates.obstacles[contact],
+            obstacle=self.pairs[contact].obstacle,
             first_place=places[0],
             last_place=places[1],
         )

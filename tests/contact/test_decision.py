@@ -8,12 +8,13 @@ from math import inf
 import numpy as np
 import pytest
 
+from oblique_impact.contact.decision import Decision, stick_at
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
-from oblique_impact.contact.simultaneous import ContactMachines
+from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import GUARDS, LOWER, NORMAL, UPPER, Candidate, State, Tolerances
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import ContactMachine, EventKind, StickCriterion, Transition, stick_at
+from oblique_impact.contact.transitions import EventKind, StickCriterion, Transition
 
 TOLERANCES = Tolerances(gap=1e-12, force=1e-9, velocity=1e-11, time=1.0, energy=1.0)
 #: of two normals and two tangents; a push at one contact lifts the other half as much
@@ -44,10 +45,9 @@ class Both:
         return found, DELASSUS[np.ix_(contacts, [0, 1], contacts, [0, 1])]
 
 
-def machines(criterion: StickCriterion | None = None, stop: ElasticStop | None = None) -> ContactMachines:
+def table_of_two(criterion: StickCriterion | None = None, stop: ElasticStop | None = None) -> Decision:
     laws = Coulomb(0.3, 0.3), NewtonImpact(), TOLERANCES
-    options = {"stick_criterion": criterion, "contact_law": stop}
-    return ContactMachines([ContactMachine(*laws, **options, number=i) for i in range(2)])
+    return Decision([ContactPair(stop)] * 2, *laws, stick_criterion=criterion)
 
 
 def directions(change: Transition) -> dict[int, int]:
@@ -59,7 +59,7 @@ def directions(change: Transition) -> dict[int, int]:
 @pytest.mark.parametrize("drive", [3.0, -3.0])
 def test_of_two_contacts_at_rest_the_one_slips_that_is_driven_beyond_its_cone(drive):
     """Both tangents are coupled: 3 m/s^2 is beyond what friction holds, what it does to the other is not."""
-    table = machines()
+    table = table_of_two()
     change = table.start(Both({"slip_acceleration": drive}, {}))
     assert directions(change) == {0: np.sign(drive), 1: 0}
     assert change.events == [(0, EventKind.IMPACT), (1, EventKind.IMPACT)]
@@ -67,8 +67,8 @@ def test_of_two_contacts_at_rest_the_one_slips_that_is_driven_beyond_its_cone(dr
 
 @pytest.mark.parametrize(("guard", "direction"), [(LOWER, -1), (UPPER, 1)])
 def test_the_end_of_stick_is_slip_though_rounding_puts_it_inside_of_the_cone(guard, direction):
-    table = machines()
-    stuck = [stick_at(table.machines[0].opened(Candidate()))] * 2
+    table = table_of_two()
+    stuck = [stick_at(table.opened(0, Candidate()))] * 2
     # friction holds the first at the edge of its cone, the second with a fifth of that
     drives = -DELASSUS[:, 1, :, 1] @ (-direction * EDGE * np.array([1.0 - 1e-12, 0.2]))
     probe = Both(*({"slip_acceleration": drive} for drive in drives), states=stuck)
@@ -79,7 +79,7 @@ def test_the_end_of_stick_is_slip_though_rounding_puts_it_inside_of_the_cone(gua
 
 def test_impacts_that_alternate_end_with_both_contacts_closed():
     """The second has just been opened by an impact of the first: impulses that push leave no gap rate."""
-    table = machines()
+    table = table_of_two()
     probe = Both({"gap_rate": -2.0, "slip_rate": 1.0}, {"gap_rate": -1.5, "slip_rate": 1.0})
     change = table.after_guard(NORMAL, [1], probe)
     after = [c.gap_rate for c in probe.together([0, 1], change.impulses)[0]]
@@ -94,8 +94,8 @@ def test_impacts_that_alternate_end_with_both_contacts_closed():
 
 @pytest.mark.parametrize("contact", [0, 1])
 def test_a_scheme_that_notices_stick_late_stops_the_contact_that_it_names(contact):
-    table = machines(StickCriterion(0.01), ElasticStop(1e4))
-    slides = table.machines[0].slide(table.machines[0].opened(Candidate()), 1e-3, 1)
+    table = table_of_two(StickCriterion(0.01), ElasticStop(1e4))
+    slides = table.slide(table.opened(0, Candidate()), 1e-3, 1)
     probe = Both(*[{"gap": -1e-3, "slip_rate": 1e-3}] * 2, states=[slides, slides])
     change = table.after_guard(2 * GUARDS + contact, [], probe)
     assert directions(change) == {contact: 0}
