@@ -270,7 +270,9 @@ def _by_pivots(delassus: Array, free: Array, candidates: Sequence[Closed]) -> Co
         if z[row] > 0.0:
             found[i, 0] = 0.0
     for b, i in enumerate(resting, start=k):
-        if z[b] > 0.0 or z[b + m] > 0.0 or z[b + 2 * m] == 0.0:  # |slip''| <= s
+        if z[b] > 0.0 and z[b + m] > 0.0:  # it sticks: both say that s is 0
+            found[i, 1] = 0.0
+        elif z[b] > 0.0 or z[b + m] > 0.0 or z[b + 2 * m] == 0.0:  # |slip''| <= s
             found[i, 1] = z[b + 2 * m] * (1.0 if z[b + m] > z[b] else -1.0)
     return ContactSolution(forces, found)
 

@@ -200,7 +200,7 @@ class Decision:
                 return Transition.to(i, self.free(i), at_end=AtEnd.COMES_BACK)
             if pair.is_beyond(own.slip):
                 return Transition.to(i, self.free(i, -1.0), at_end=AtEnd.FALLS_PAST)
-            return self._touch([i, *self._arriving(i, probe)], probe, lately)
+            return self._touch(sorted([i, *self._arriving(i, probe)]), probe, lately)
         if which == NORMAL:  # its force is 0: the others' stay as they are
             return Transition.to(i, self.free(i), EventKind.RELEASE)
         others = [] if self._separate else [j for j in self._standing(probe) if j != i]
@@ -212,7 +212,7 @@ class Decision:
         if which == DEFINITE:
             return self._leave_singular([i, *others], probe)
         if own.state == State.STICK:
-            if self._late:
+            if self._late and not self.axial:
                 return self._leave_stick_late(i, probe.coupled(i))
             # guard LOWER: lambda_tau reached +static lambda_n, so the contact slips backwards
             direction = 1 if which == UPPER else -1
@@ -233,14 +233,19 @@ class Decision:
         return [i for i in range(len(self.pairs)) if probe.of(i).state != State.FREE]
 
     def _arriving(self, i: int, probe: ContactProbe) -> list[int]:
-        """Return the other candidates that reach their obstacles at the same instant, see `_AT_ONCE`."""
+        """Return the other candidates that reach their obstacles at the same instant, see `_AT_ONCE`.
+
+        One that another brings to rest as well, at the same place, follows without speed.
+        """
         tolerances, found = self.tolerances, list[int]()
         for j, pair in enumerate(self.pairs):
             c = probe.of(j)
             meets = c.state == State.FREE and c.side > 0.0 and not pair.is_beyond(c.slip)
             within = tolerances.gap - _AT_ONCE * tolerances.time * c.gap_rate
             if j != i and meets and c.gap_rate < -tolerances.velocity and c.gap <= within:
-                found.append(j)
+                normals = [probe.together([k, j], {})[1][:, 0, :, 0] for k in (i, *found)]
+                if not any(map(degenerate.is_redundant, normals)):
+                    found.append(j)
         return found
 
     def _touch(self, touching: list[int], probe: ContactProbe, lately: Sequence[int] = ()) -> Transition:
@@ -424,6 +429,10 @@ class Decision:
             if rate == 0.0 and not self.compliant and c.gap_acceleration < 0.0:
                 raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
             return self._slide_or_free(i, resting, _sign(rate))
+        if not self.compliant and not self._late and static * abs(c.a_nt) >= c.a_nn:  # perhaps not the only one
+            delassus = np.array([[c.a_nn, c.a_nt], [c.a_nt, c.a_tt]]).reshape(1, 2, 1, 2)
+            found, several = self._together([i], [resting], delassus, probe, [i])
+            return found[i], several
         if abs(force.tangential) <= static * (force.normal + c.tilt * force.tangential):
             return (c if c.state == State.STICK else stick_at(c)), False
         return self._slide_or_free(i, resting, -1 if force.tangential > 0.0 else 1)
@@ -460,7 +469,7 @@ class Decision:
         delassus: Array,
         probe: ContactProbe,
         at_rest: Sequence[int],
-        leaves: Mapping[int, int],
+        leaves: Mapping[int, int] = {},
     ) -> tuple[dict[int, Candidate], bool]:
         """Decide by accelerations which contacts stay closed, which stick and which way the others slip.
 

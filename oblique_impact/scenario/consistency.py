@@ -76,8 +76,6 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
     several = 'with contact.where = "anywhere"'
     if s.contact.restitution > 0.0:
         yield "contact.restitution", f"should be 0 {several}: of several contacts it has no limit"
-    if s.contact.impact != "newton":
-        yield "contact.impact", f'should be "newton" {several}'
     if not s.contact.shortening:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
@@ -188,6 +186,8 @@ def _of_time_stepping(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "solver.scheme", '"time-stepping" is for contact.where = "anywhere"; others march one point or none'
     if s.contact.normal != "rigid":
         yield "contact.normal", f'should be "rigid" {where}; other schemes take elastic obstacles'
+    if s.contact.impact != "newton":
+        yield "contact.impact", f'should be "newton" {where}, which decides all contacts of a step together'
     if s.contact.friction == "modified-coulomb":
         yield "contact.friction", f'should be "frictionless" or "hybrid" {where}'
     if s.root.kind == "driven":

@@ -1,4 +1,4 @@
-"""Transitions of two contacts that are closed together: hand-made contact problems with known answers."""
+"""Decisions about contacts, alone and together: hand-made contact problems with known answers."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from math import inf
 import numpy as np
 import pytest
 
+from oblique_impact.contact.complementarity import Closed, contact_forces
 from oblique_impact.contact.decision import Decision, stick_at
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
@@ -15,6 +16,7 @@ from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import GUARDS, LOWER, NORMAL, UPPER, Candidate, State, Tolerances
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.contact.transitions import EventKind, StickCriterion, Transition
+from oblique_impact.errors import RunEnded
 
 TOLERANCES = Tolerances(gap=1e-12, force=1e-9, velocity=1e-11, time=1.0, energy=1.0)
 #: of two normals and two tangents; a push at one contact lifts the other half as much
@@ -101,3 +103,54 @@ def test_a_scheme_that_notices_stick_late_stops_the_contact_that_it_names(contac
     assert directions(change) == {contact: 0}
     assert change.events == [(contact, EventKind.STICK)]
     assert change.stick_projections[contact].tangential == pytest.approx(-1e-3, rel=1e-12)
+
+
+class Alone:
+    """One contact that touches its stop without speed."""
+
+    def __init__(self, delassus: np.ndarray, free: np.ndarray) -> None:
+        (nn, nt), (_, tt) = delassus.tolist()
+        gap, slip = free.tolist()
+        self.contact = Candidate(a_nn=nn, a_nt=nt, a_tt=tt, gap_acceleration=gap, slip_acceleration=slip)
+        self.delassus = delassus.reshape(1, 2, 1, 2)
+
+    def of(self, contact: int) -> Candidate:
+        return self.contact
+
+    def together(self, contacts, impulses):
+        return [self.contact], self.delassus
+
+
+def test_the_closed_form_of_one_contact_is_its_solution_by_complementarity():
+    """Of 5,000 random contacts at rest each opens, sticks or slips as Lemke's method and enumeration say."""
+    random, seen = np.random.default_rng(3), list[State]()
+    for _ in range(5000):
+        rows, free, mu = random.normal(size=(2, 3)), random.normal(size=2), random.uniform(0.0, 2.0)
+        delassus = rows @ rows.T
+        table = Decision([ContactPair()], Coulomb(mu, mu), NewtonImpact(), TOLERANCES)
+        try:
+            found = contact_forces(delassus.reshape(1, 2, 1, 2), free[None], [Closed(0, 0.0, mu, None)])
+        except RunEnded as ended:
+            with pytest.raises(RunEnded, match=ended.message[:20]):
+                table.start(Alone(delassus, free))
+            continue
+        change, (normal, tangential) = table.start(Alone(delassus, free)), found.forces[0]
+        assert change.ambiguous == found.several
+        state, expected = State(change.states[0].state), State.FREE
+        if normal > 0.0:
+            expected = State.STICK if abs(tangential) < mu * normal * (1.0 - 1e-9) else State.SLIP
+        assert state == expected
+        if state == State.SLIP:
+            assert directions(change)[0] == np.sign(found.accelerations[0, 1])
+        seen.append(state)
+    assert {state for state in State if seen.count(state) > 500} == set(State)
+
+
+def test_newtons_impact_of_several_contacts_is_that_of_moreau():
+    """Each contact that is pushed leaves with the restitution of its approach, the others no slower."""
+    normal, rates = DELASSUS[:, 0, :, 0], np.array([-2.0, -0.5])
+    impulses = NewtonImpact(0.5).impulses(normal, rates)
+    after = rates + normal @ impulses
+    assert (impulses >= 0.0).all()
+    assert (after + 0.5 * rates >= -1e-14).all()
+    assert impulses @ (after + 0.5 * rates) == pytest.approx(0.0, abs=1e-14)

@@ -189,6 +189,38 @@ def test_of_two_rigid_pegs_at_one_place_one_carries_the_force_of_a_single_one(fr
     assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
 
 
+def on_one_ray(beyond: float, *keys: str) -> History:
+    """A straight beam without weight swings onto two pegs of its ray; the outer one is higher by this much."""
+    pegs = [{"kind": "point", "origin": [0.4, 0.0]}, {"kind": "point", "origin": [0.7, beyond]}]
+    start = {"angle": 0.3, "angular_velocity": -2.0}
+    straight = ("gravity=0", "discretization.frame=mean-axis", "end_time=0.3")
+    return run(*straight, *keys, obstacles=pegs, initial=start)
+
+
+def test_impacts_within_the_tolerance_of_location_are_one_problem():
+    """Which of two pegs is struck first by a picometre is rounding, and decides nothing."""
+    together, *others = (on_one_ray(beyond) for beyond in (0.0, 1e-12, -1e-12))
+    first = [event for event in together.events if event.time == together.events[0].time]
+    assert [(event.obstacle, event.kind.value) for event in first] == [(1, "rebound"), (2, "rebound")]
+    for other in others:
+        assert float(other["theta"][-1]) == pytest.approx(float(together["theta"][-1]), abs=1e-8)
+        for event in first:
+            (same,) = (e for e in other.events[:2] if e.obstacle == event.obstacle)
+            assert same.normal_impulse == pytest.approx(event.normal_impulse, rel=1e-9)
+
+
+def test_an_impact_with_friction_is_that_of_a_contact_alone_or_has_a_name():
+    """Routh's method knows one contact: beside another that is closed the run ends, and keeps what it has."""
+    routh = ("contact.impact=routh", "end_time=0.5")
+    alone, listed = simulate(Scenario.builtin("paper", routh)), run(*routh, slope={"enabled": True})
+    assert [e.kind for e in listed.events] == [e.kind for e in alone.events]
+    for a, b in zip(listed.events, alone.events, strict=True):
+        assert a.tangential_impulse == pytest.approx(b.tangential_impulse, rel=1e-6, abs=1e-12)
+    ended = on_one_ray(0.0, "contact.impact=routh")
+    assert ended.outcome.label == "impact-of-several"
+    assert ended["time"][-1] == pytest.approx(0.15, abs=1e-9)
+
+
 def at_rest(*keys: str) -> History:
     """The beam lies straight and level on its pin and two pegs, damped so that it sags and stays."""
     pegs = [{"kind": "point", "origin": [x, -1e-3], "radius": 1e-3} for x in (0.5, 0.9)]
