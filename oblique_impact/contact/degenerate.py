@@ -60,7 +60,7 @@ def close_all(normal: Array, rates: Array) -> Array:
 
     `normal` (n, n) is the Delassus matrix (1/kg) of the normals, `rates` (n,) are the gap rates before (m/s).
     """
-    return np.linalg.solve(normal, -rates)
+    return np.asarray(np.linalg.solve(normal, -rates))
 
 
 def rows_are_parallel(c: Candidate) -> bool:
