@@ -19,7 +19,6 @@ from rich.table import Table
 from oblique_impact import Scenario
 from oblique_impact.beam_problem import beam_of, beam_problem
 from oblique_impact.marching.loop import Run
-from oblique_impact.marching.stepped import SteppedRun
 
 
 def process_cost(arguments: list[str], **environment: str) -> float:
@@ -44,8 +43,7 @@ def call_cost(call: Callable[[], Any]) -> tuple[float, Any]:
 
 def march_cost(scenario: Scenario) -> float:
     """Return the processor seconds of marching."""
-    kind = SteppedRun if scenario.solver.scheme == "time-stepping" else Run
-    return call_cost(kind(beam_problem(beam_of(scenario))).execute)[0]
+    return call_cost(Run(beam_problem(beam_of(scenario))).execute)[0]
 
 
 def median_ratio(turns: int, one: Callable[[], float], other: Callable[[], float]) -> float:

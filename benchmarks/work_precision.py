@@ -140,7 +140,7 @@ def scipy(method: str, modes: int, tolerance: float) -> Point:
     seconds, solution = call_cost(lambda: solve_ivp(f, (0.0, problem.end_time), start, method=method, **options))
     times, states = solution.t_events[0], solution.y_events[0]
     last = np.flatnonzero(times < BETWEEN)[-1]
-    found = Limit(float(states[last][2 * f.size + NORMAL_IMPULSE]), float(times[last + 1]))
+    found = Limit(float(states[last][2 * f.size + QUADRATURES + NORMAL_IMPULSE]), float(times[last + 1]))
     return Point(f"solve_ivp, {method}", f"{modes} modes, {tolerance:g}", error(found, OURS), seconds)
 
 

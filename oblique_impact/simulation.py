@@ -35,8 +35,6 @@ from oblique_impact.marching.loop import Run
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.marching.stepped import SteppedRun
-from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -276,8 +274,7 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
     """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
-        steps = isinstance(problem.scheme, TimeSteppingScheme)
-        record = (SteppedRun if steps else Run)(problem, on_progress).execute()
+        record = Run(problem, on_progress).execute()
         return record, marching.seconds
 
 

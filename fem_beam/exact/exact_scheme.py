@@ -28,21 +28,16 @@ from oblique_impact.fem_beam.exact.exact_beam import Stage
 from oblique_impact.fem_beam.exact.exact_system import ExactSystem
 from oblique_impact.fem_beam.exact.step import NotConvergedError, SolvedStep, advance
 from oblique_impact.fem_beam.exact.stop import ClosedContact, NodeOnSide, Pair, Place
-from oblique_impact.kernels.system import NormalModes
 from oblique_impact.marching import advance as march
 from oblique_impact.marching.advance import Limits, Position, StepState, keep_sample, refused
 from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
-    FRICTION_LOSS,
-    NORMAL_IMPULSE,
     OF_A_CONTACT,
     QUADRATURES,
-    STOP_LOSS,
     SUPPLIED,
-    TANGENTIAL_IMPULSE,
 )
-from oblique_impact.marching.scheme import Prepared, Scheme
+from oblique_impact.marching.scheme import Prepared, Scheme, Task
 
 #: a guard that has fallen within this part of a step has fallen at its beginning
 _AT_ONCE = 1e-6
@@ -53,8 +48,6 @@ _LEAST_TOLERANCE = 1e-12
 #: steps of a call, some hundredths of a second
 _STEPS_PER_CALL = 50
 _NO_LIMITS = Limits(inf, inf, inf, 0)
-#: of a contact, in the order of its own quadratures
-_OF_EACH = [NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]
 
 
 @dataclass
@@ -187,7 +180,6 @@ class ExactStepper:
             gained[SUPPLIED] += float(force @ (q1 - q0))
         for i, contact in self._closed.items():
             own = contact.gained(q0, q1, float(step.reactions[i]), length)
-            gained[_OF_EACH] += own
             gained[QUADRATURES + OF_A_CONTACT * i :][: len(own)] = own
             c = self._contacts.each[i]
             c.peak_force = max(c.peak_force, contact.touching.force(places[i]))
@@ -283,9 +275,7 @@ class ExactScheme(Scheme):
     def stick_criterion(self) -> StickCriterion:  # noqa: D102
         return StickCriterion(inf, located=True)
 
-    def buffers(  # noqa: D102
-        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
-    ) -> Recorder:
+    def buffers(self, task: Task) -> Recorder:  # noqa: D102
         return Recorder()
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:  # noqa: D102

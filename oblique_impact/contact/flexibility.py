@@ -151,8 +151,8 @@ def push_places(y: Flexibility, h: float, impulses: Array, closed: NDArray[np.in
 
 
 @jitable
-def end_step(y: Flexibility, h: float) -> tuple[float, float, float]:
-    """Begin the next step; energies (J) that damping and scheme took in the last one, gain of what is held."""
+def end_step(y: Flexibility, h: float) -> tuple[float, float]:
+    """Begin the next step; returns the energies (J) that damping and scheme took in the last one."""
     n, change, given, held = y.pressed.shape[0], 0.0, 0.0, 0.0
     for i in range(n):
         change += (y.after[i] - y.pressed[i]) * y.moved[i]
@@ -166,4 +166,4 @@ def end_step(y: Flexibility, h: float) -> tuple[float, float, float]:
     for i in range(n):
         held += 0.5 * y.pressed[i] * y.displaced[i]
     damping = y.viscosity / h * change
-    return damping, given + (weight_of_end(y, h) - 1.0) * change - damping - held, held
+    return damping, given + (weight_of_end(y, h) - 1.0) * change - damping - held

@@ -37,8 +37,8 @@ class Samples(NamedTuple):
     kinetic: Array  # J
     elastic: Array
     gravity: Array
-    stored: Array  # J, in elastic stops and the flexibility across the beam behind them
-    stretched: Array  # J, in the axial flexibility behind the friction
+    stored: Array  # J, in elastic stops and the flexibility behind the contacts
+    stretched: Array  # J, in the axial flexibility behind the friction, which is taken to have lost it
     depth: Array  # m, compression of the stop itself
     contacts: Array  # (samples, n, 6) the scalars of each of n contacts
     each: Column  # (samples, n) of int8, their states
@@ -84,7 +84,6 @@ def gather(
     """
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
-    state = np.repeat(np.array([s.state for s in segments], dtype=np.int8), [s.times.size for s in segments])
     scalars = np.concatenate([s.nearest for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
@@ -93,8 +92,8 @@ def gather(
     found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
     stored, stretched = (np.concatenate([getattr(s, name) for s in segments]) for name in ("stored", "stretched"))
     contacts = np.concatenate([s.observation.contacts for s in segments])
-    each = np.concatenate([np.tile(np.array(s.each, dtype=np.int8), (s.times.size, 1)) for s in segments])
-    quadratures = states[:, 2 * size :]
+    each = np.concatenate([s.each for s in segments])
+    state, quadratures = each.max(axis=1), states[:, 2 * size :]
     return Samples(
         ascending(time), q, qd, qdd, quadratures, state, scalars, *found, stored, stretched, depth, contacts, each
     )

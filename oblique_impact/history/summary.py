@@ -21,7 +21,14 @@ from oblique_impact.history.events import numbers_of
 from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.equations import DAMPING_LOSS, FRICTION_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED
+from oblique_impact.marching.equations import (
+    DAMPING_LOSS,
+    FRICTION_LOSS,
+    STABILIZATION_LOSS,
+    STOP_LOSS,
+    SUPPLIED,
+    of_all_contacts,
+)
 from oblique_impact.marching.records import Contact, Event, Record
 
 #: causes of energy loss: the entries `lost_impact`, `lost_friction`, ... of a ledger
@@ -62,8 +69,8 @@ def balance(
         Energy at the start (J).
     parts : tuple
         Kinetic, elastic, gravity and contact energy at the end (J).
-    quadratures : ndarray, shape (7,)
-        The integrals carried along with the motion, at the end.
+    quadratures : ndarray, shape (3 + 5 n,)
+        The integrals carried along with the motion, of the run and of each of n contacts, at the end.
     events : list of Event
         The event log.
     stretched : float
@@ -71,9 +78,9 @@ def balance(
         it, the quadratures count it as taken by friction.
     """
     kinetic, elastic, gravity, contact = parts
-    supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
-    friction -= stretched
-    damping = float(quadratures[DAMPING_LOSS] + quadratures[STOP_LOSS])
+    supplied, scheme = float(quadratures[SUPPLIED]), float(quadratures[STABILIZATION_LOSS])
+    friction = float(of_all_contacts(quadratures, FRICTION_LOSS)) - stretched
+    damping = float(quadratures[DAMPING_LOSS] + of_all_contacts(quadratures, STOP_LOSS))
     impact = sum(event.energy_loss for event in events if event.kind.impulsive)
     final = sum(parts)
     return Ledger(

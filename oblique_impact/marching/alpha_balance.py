@@ -56,8 +56,6 @@ def finish_step(a: Attempt, h: float, solution: StepSolution) -> None:
     rates_into(contacts, 0.0, supplied, y_new[d : 2 * d], after.rates)
     for i in range(after.rates.shape[0]):
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
-    for k in (NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS):
-        y_new[2 * d + k] = y[2 * d + k]
     for i in range(len(contacts.each)):
         _take_applied_impulses(a, h, i)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, solution.rank_one)
@@ -82,21 +80,18 @@ def _take_applied_impulses(a: Attempt, h: float, i: int) -> None:
     slip_rate = 0.5 * (before.memory[MEMORY * i + SLIP_RATE] + after.memory[MEMORY * i + SLIP_RATE])
     along = 0.5 * h * (before.forces[2 * i + 1] + after.forces[2 * i + 1])
     friction = -tangential * slip_rate
-    y_new[2 * d + NORMAL_IMPULSE] += normal
-    y_new[2 * d + TANGENTIAL_IMPULSE] += tangential
-    y_new[2 * d + FRICTION_LOSS] += friction
     own = 2 * d + QUADRATURES + OF_A_CONTACT * i
-    y_new[own], y_new[own + 1] = y[own] + normal, y[own + 1] + tangential
-    y_new[own + 2] = y[own + 2] + friction
+    y_new[own + NORMAL_IMPULSE] = y[own + NORMAL_IMPULSE] + normal
+    y_new[own + TANGENTIAL_IMPULSE] = y[own + TANGENTIAL_IMPULSE] + tangential
+    y_new[own + FRICTION_LOSS] = y[own + FRICTION_LOSS] + friction
     work = along * _of_displacement(c, before, after, MEMORY * i + SLIP_RATE)
     y_new[2 * d + STABILIZATION_LOSS] += -friction - work
     if contact.massless:
-        gap_rate, own = _of_displacement(c, before, after, MEMORY * i + GAP_RATE), own + 3
+        gap_rate = _of_displacement(c, before, after, MEMORY * i + GAP_RATE)
         applied = normal - contact.tilt * tangential
         d0, d1 = max(0.0, -before.memory[MEMORY * i + GAP]), max(0.0, -after.memory[MEMORY * i + GAP])
         lost = -applied * gap_rate - 0.5 * (d1 * d1 - d0 * d0) / contact.compliance
-        y_new[2 * d + STOP_LOSS] += y[own] + lost - y_new[own]
-        y_new[own] = y[own] + lost
+        y_new[own + STOP_LOSS] = y[own + STOP_LOSS] + lost
         mean = 0.5 * h * (before.forces[2 * i] + after.forces[2 * i])
         y_new[2 * d + STABILIZATION_LOSS] += (applied - mean + contact.tilt * along) * gap_rate
 

@@ -12,11 +12,17 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from oblique_impact.contact.forces import is_free, nearest
-from oblique_impact.contact.state import Contacts
+from oblique_impact.contact.state import GUARDS, Contacts
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy
-from oblique_impact.marching.buffers import Scratch
-from oblique_impact.marching.equations import FRICTION_LOSS, QUADRATURES, derivative
+from oblique_impact.marching.buffers import Scratch, guard_count
+from oblique_impact.marching.equations import (
+    FRICTION_LOSS,
+    OF_A_CONTACT,
+    QUADRATURES,
+    STOP_LOSS,
+    derivative,
+)
 
 ORDER = 8
 STAGES = DOP853.n_stages  # 12
@@ -95,12 +101,24 @@ def error_norm(h: float, y: Array, stages: Stages, s: Scratch, tolerance: float)
         e5, e3 = _errors(K, m, scale)
         sum5 += e5 * e5
         sum3 += e3 * e3
-    for m in range(size + FRICTION_LOSS, size + QUADRATURES):
-        scale = tolerance * (s.tolerances.energy + abs(y_new[m]))
-        if scale > 0.0:
-            e5, e3 = _errors(K, m, scale)
-            worst = max(worst, _combined(e5 * e5, e3 * e3, 1))
+    for m in range(size, size + QUADRATURES):
+        worst = max(worst, _error_of_loss(K, m, 1, s, tolerance))
+    contacts = guard_count(s.guards) // GUARDS
+    for which in (FRICTION_LOSS, STOP_LOSS):
+        worst = max(worst, _error_of_loss(K, size + QUADRATURES + which, contacts, s, tolerance))
     return float(abs(h) * max(worst, _combined(sum5, sum3, size)))
+
+
+@jitable
+def _error_of_loss(K: Array, first: int, contacts: int, s: Scratch, tolerance: float) -> float:
+    """Error of a loss of energy, or of the sum over contacts of one, the first of them an entry of s.y_new."""
+    total, e5, e3 = 0.0, 0.0, 0.0
+    for i in range(contacts):
+        m = first + OF_A_CONTACT * i
+        own5, own3 = _errors(K, m, 1.0)
+        total, e5, e3 = total + s.y_new[m], e5 + own5, e3 + own3
+    scale = tolerance * (s.tolerances.energy + abs(total))
+    return _combined((e5 / scale) ** 2, (e3 / scale) ** 2, 1) if scale > 0.0 else 0.0
 
 
 @jitable

@@ -1,11 +1,14 @@
 """The differential equations of one phase, with the quantities that are integrated along.
 
-The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (7)]; a scheme may put its own behind.
+The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (3), those of each contact (5)]; a
+scheme may put its own behind.
 """
 
 from __future__ import annotations
 
 from typing import Any
+
+import numpy as np
 
 from oblique_impact.contact.forces import accelerate, end_push, lambda_n, stop_force
 from oblique_impact.contact.state import DIRECTION, FREE, Candidate, Contacts
@@ -13,16 +16,19 @@ from oblique_impact.kernels.jit import by_reference, inlined, jitable, kernel
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import ACCELERATION, Array, Workspace, dot
 
-# integrals over time of a run: impulses (N s) of the finite contact forces; losses (J) by friction, by the
-# system's own damping, by the constraints' stabilization and the scheme itself, by the damping of compliant stops
-# and where the beam slides off them; energy (J) supplied by drives, moving boundaries and a shaken base
-NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED = range(7)
-QUADRATURES = 7
+# integrals over time of a run: losses (J) by the system's own damping, by the constraints' stabilization and the
+# scheme itself; energy (J) supplied by drives, moving boundaries and a shaken base
+DAMPING_LOSS, STABILIZATION_LOSS, SUPPLIED = range(3)
+QUADRATURES = 3
+# and of each contact, behind them: impulses (N s) of its finite forces; losses (J) by friction, and by the damping
+# of a compliant stop and where the beam slides off it; its travel (m) while it is closed
+NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS, TRAVEL = range(5)
+OF_A_CONTACT = 5
 
 
-#: of each of several contacts, behind the quadratures of the run: impulses (N s), losses by friction and stop (J),
-#: and its travel (m) while it is closed
-OF_A_CONTACT, TRAVEL = 5, 4
+def of_all_contacts(quadratures: Array, which: int) -> Array:
+    """Return the sums over all contacts of one of their integrals, of quadratures (..., 3 + 5 n)."""
+    return np.asarray(quadratures[..., QUADRATURES + which :: OF_A_CONTACT].sum(axis=-1))
 
 
 @jitable
@@ -53,16 +59,11 @@ def rates_into(contacts: Contacts, damping: float, supplied: float, qd: Array, r
         c, own = each[i], QUADRATURES + OF_A_CONTACT * i
         if c.state == FREE:
             continue
-        push, friction = lambda_n(c), -c.tangential_force * c.slip_rate
         stabilization, stop = contact_losses(contacts.law, c)
-        rates[NORMAL_IMPULSE] += push
-        rates[TANGENTIAL_IMPULSE] += c.tangential_force
-        rates[FRICTION_LOSS] += friction
         rates[STABILIZATION_LOSS] += stabilization
-        rates[STOP_LOSS] += stop
         rates[SUPPLIED] += boundary_power(c, qd, rows[DIRECTION, i, 0], rows[DIRECTION, i, 1])
-        rates[own], rates[own + 1] = push, c.tangential_force
-        rates[own + 2], rates[own + 3] = friction, stop
+        rates[own + NORMAL_IMPULSE], rates[own + TANGENTIAL_IMPULSE] = lambda_n(c), c.tangential_force
+        rates[own + FRICTION_LOSS], rates[own + STOP_LOSS] = -c.tangential_force * c.slip_rate, stop
         rates[own + TRAVEL] = c.slip_rate
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from oblique_impact.contact.forces import OK, is_free, nearest
 from oblique_impact.contact.state import Contacts
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, refused
 from oblique_impact.marching.buffers import (
@@ -48,7 +47,7 @@ from oblique_impact.marching.exponential import (
     new_exponential,
     take_exponential_step,
 )
-from oblique_impact.marching.scheme import Prepared, Scheme
+from oblique_impact.marching.scheme import Prepared, Scheme, Task
 from oblique_impact.marching.search import UNDEFINED, DenseStep, first_fall, take_guards
 
 # as in the codes of Hairer, Norsett and Wanner (Sec. II.4)
@@ -218,11 +217,11 @@ class EventScheme(Scheme):
     name = "event"
     order = ORDER
 
-    def buffers(  # noqa: D102
-        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
-    ) -> EventBuffers:
-        fast = modes is not None and np.max(np.abs(modes.eigenvalues)) * end_time >= WORTHWHILE
-        return EventBuffers(Stages.new(ny), new_exponential(modes, interval) if modes and fast else None)
+    def buffers(self, task: Task) -> EventBuffers:  # noqa: D102
+        modes, tables = task.modes, None
+        if modes is not None and np.max(np.abs(modes.eigenvalues)) * task.end_time >= WORTHWHILE:
+            tables = new_exponential(modes, task.output_interval)
+        return EventBuffers(Stages.new(task.entries), tables)
 
     def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> EventStepper:  # noqa: D102
         own, tolerance = prepared.own, _SHARE_OF_A_STEP * self.tolerance

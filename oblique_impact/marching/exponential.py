@@ -67,7 +67,7 @@ class Exponential(NamedTuple):
     tail: Array  # (2, s) the last Legendre coefficients of what is known at the points
     of_tail: Array  # (levels, 2, 2, d) z and z' at the end of these
     force: Array  # (2, d, s) f at the points, of this sweep and of the last one
-    rates: Array  # (s, 7) of the quadratures at the points
+    rates: Array  # (s, 3) of the quadratures at the points
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)

@@ -29,12 +29,11 @@ from oblique_impact.contact.state import (
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.laws import Law
-from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
 from oblique_impact.marching.buffers import NO_GUARD, Scratch
 from oblique_impact.marching.equations import derivative
-from oblique_impact.marching.scheme import Prepared, Scheme
+from oblique_impact.marching.scheme import Prepared, Scheme, Task
 
 
 @jitable
@@ -163,10 +162,8 @@ class FixedStepScheme(Scheme):
     def shortest_flight(self) -> float:  # noqa: D102
         return self.free_step
 
-    def buffers(  # noqa: D102
-        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
-    ) -> Array:
-        return np.zeros((4, ny))  # derivatives at the stages
+    def buffers(self, task: Task) -> Array:  # noqa: D102
+        return np.zeros((4, task.entries))  # derivatives at the stages
 
     def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> FixedStepper:  # noqa: D102
         contacts = prepared.contacts

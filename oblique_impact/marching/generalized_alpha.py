@@ -36,7 +36,6 @@ from oblique_impact.contact.state import (
     Contacts,
 )
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
 from oblique_impact.marching.alpha_balance import finish_step
@@ -67,7 +66,7 @@ from oblique_impact.marching.buffers import (
     raised,
 )
 from oblique_impact.marching.location import cubic_dip, find_fall
-from oblique_impact.marching.scheme import Prepared, Scheme
+from oblique_impact.marching.scheme import Prepared, Scheme, Task
 
 _LOCATED = 1e-12  # time scales: how closely an event is located
 _LANDED = 0.01  # thresholds: how far below zero a guard may be found
@@ -375,9 +374,7 @@ class GeneralizedAlphaScheme(Scheme):
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return min(_STEPS_PER_CALL, max(1, _WORK_PER_CALL // size))
 
-    def buffers(  # noqa: D102
-        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
-    ) -> Iterations:
+    def buffers(self, task: Task) -> Iterations:  # noqa: D102
         return Iterations.new()
 
     def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> AlphaStepper:

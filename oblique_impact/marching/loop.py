@@ -6,8 +6,7 @@ It is the same for every system, discretization and scheme.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from copy import copy
+from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -24,13 +23,14 @@ from oblique_impact.contact.forces import (
     travelled,
 )
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import OBSERVED, Candidate, Contacts, Residual, State
+from oblique_impact.contact.state import Candidate, Contacts, State
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.jit import is_compiled
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import advance as base
 from oblique_impact.marching.advance import Limits, MarchResult, StepState, march
+from oblique_impact.marching.book import Book, OpenContact
 from oblique_impact.marching.buffers import NEXT, arm, new_scratch
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
@@ -46,10 +46,12 @@ from oblique_impact.marching.equations import (
 )
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Record, Segment
+from oblique_impact.marching.records import Event, Passage, Record
 from oblique_impact.marching.sampling import Observation, observe, solve_problem
-from oblique_impact.marching.scheme import Prepared
+from oblique_impact.marching.scheme import Prepared, Task
 from oblique_impact.marching.search import nearby
+from oblique_impact.marching.segments import inside_cones, segment_of
+from oblique_impact.marching.step_log import Change
 from oblique_impact.progress import Status
 
 MAX_EVENTS = 100_000
@@ -68,7 +70,6 @@ PACE_STEPS = 500_000
 _INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
 #: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
 _JUST_OPENED = 1e3
-_OUTSIDE = 1e-9  # of the friction cone: a located end of stick is at its edge but for less
 LONG = 60.0  # s to go, from which on a run says so
 #: of a singular problem, maybe
 _SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION, Outcome.NOT_CONVERGED)
@@ -89,7 +90,7 @@ class _Mark(NamedTuple):
     now: StepState
     y: Array
     states: list[Candidate]
-    open: Any  # contacts that are closed there
+    open: dict[int, OpenContact]  # contacts that are closed there
     counts: list[int]  # of what is recorded
 
 
@@ -116,17 +117,18 @@ class Run:
         work = problem.system.new_workspace()
         tolerances = problem.decision.tolerances
         self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, n)
-        own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
+        times, flexibility = (problem.output_interval, problem.end_time), self.problem.flexibility
+        own = problem.scheme.buffers(Task(size, n, self._y.size, *times, problem.modes, flexibility))
         packed, law = is_compiled(problem.system), problem.decision.law
         free = [self.decision.free(i).changed(enabled=int(problem.contact)) for i in range(n)]
         self.contacts = Contacts.new(free, size, packed, law)
         self._spare = Contacts.new(free, size, packed, law)
         self.prepared = Prepared(problem.system, self.contacts, self._scratch, own)
+        self._steps = problem.scheme.step_log(self.prepared)  # None: the transition table decides
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
         self._jumped = False  # velocities, where the phase began
-        self._open: dict[int, OpenContact] = {}
+        self._book = Book(self.pairs, self.record.events, self.record.contacts)
         self._left: dict[int, float] = {}  # s, when an impact has opened a contact
-        self._ends = np.array([pair.ends for pair in self.pairs]).T
         self._initial_inertia = 0.0
         self._steps_per_call = problem.scheme.steps_per_call(size)
         if not isinstance(problem.system, tuple):
@@ -168,14 +170,14 @@ class Run:
         """Mark where the run is, or its last sample at a time (s) with a state vector, to return to it."""
         counts = [len(entries) for entries in self._recorded()]
         now, state = self._now if t is None else self._now._replace(t=t), self._y if y is None else y
-        self._mark = _Mark(now, state.copy(), self._states(), self._copy_open(), counts)
+        self._mark = _Mark(now, state.copy(), self._states(), self._book.copy_open(), counts)
 
     def _return_to_mark(self) -> None:
         """Return to the last mark: what has been recorded since then belongs to no state."""
         mark = self._mark
         self._now, self._y[:] = mark.now, mark.y
         self._take_states(dict(enumerate(mark.states)))
-        self._take_open(mark.open)
+        self._book.open = mark.open
         for entries, count in zip(self._recorded(), mark.counts, strict=True):
             del entries[count:]
 
@@ -184,17 +186,15 @@ class Run:
         record = self.record
         return record.segments, record.events, record.contacts, record.passages, record.ambiguous
 
-    def _copy_open(self) -> Any:
-        """Return a copy of what is known of contacts that are closed."""
-        return {i: copy(opened) for i, opened in self._open.items()}
-
-    def _take_open(self, known: Any) -> None:
-        """Take what is known of contacts that are closed from :meth:`_copy_open`."""
-        self._open = known
-
     def _begin(self) -> None:
-        """Find the contact state at t = 0, which may be an impact."""
-        self._pass(self._start)
+        """Find the contact state at t = 0, which may be an impact; steps that decide find it themselves."""
+        if self._steps is None:
+            self._pass(self._start)
+            return
+        probe, earlier = self._probe(), self.problem.earlier
+        places = {i: probe.of(i) for i in earlier}
+        self.problem.scheme.resume(self.prepared, earlier, places, self.problem.q0)
+        self._enter_changes(self._steps.changes())
 
     def _start(self) -> Outcome | None:
         probe = self._probe()
@@ -214,10 +214,16 @@ class Run:
         for i, state in states.items():
             self.contacts.take(i, state.changed(enabled=int(self.problem.contact)))
 
+    def _states_at(self, samples: Array) -> NDArray[np.int8]:
+        """Return the states of all contacts, (samples, n), at samples of a phase (samples, ny)."""
+        if self._steps is not None:
+            return self._steps.states(samples)
+        return np.tile(np.array([c.state for c in self._states()], dtype=np.int8), (len(samples), 1))
+
     @property
     def _leading(self) -> State:
         """The state reported for all contacts together: slip where several are closed."""
-        closed = [state.state for state in self._states() if state.state != State.FREE]
+        closed = [state for state in self._states_at(self._y[None])[0].tolist() if state != State.FREE]
         return State(closed[0]) if len(closed) == len(self.contacts.each) == 1 else State(min(len(closed), 1))
 
     def _pass(self, change: Callable[[], Outcome | None]) -> None:
@@ -243,6 +249,8 @@ class Run:
             progress = march(stepper, self._now, self._y)
             self._now = progress.state
             self._keep(progress)
+            if len(self.record.events) > MAX_EVENTS:
+                raise RunEnded(Outcome.TOO_MANY_EVENTS)
             if self._report is not None:
                 self._report(Status(self._now.t, problem.end_time, self._leading, len(self.record.events)))
             if progress.reason == base.AT_STOP:
@@ -357,7 +365,7 @@ class Run:
             self._quadratures()[SUPPLIED] += probe.supply(impulses)
             self._y[d : 2 * d] += probe.velocity_jump(impulses)
         for i, projection in change.stick_projections.items():
-            self._add_to(i, projection.normal, projection.tangential, projection.energy_loss, 0.0)
+            self._own(i)[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS]] += projection
         for i, how in change.passages:
             self._pass_end(i, how, before[i])
         self._stick_axially(change, before)
@@ -386,10 +394,9 @@ class Run:
                 now.slip_rate,
                 impulse.energy_loss,
                 State(self.contacts.of(i).state),
-                obstacle=self.pairs[i].obstacle,
-                place=self.pairs[i].place(was.slip),
             )
-            self.record.events.append(self._track(i, event, impulse))
+            self._book.visit(i, was.slip)
+            self._book.enter(i, event, was.slip, self._own(i).copy(), self.contacts.of(i).compliance)
             if event.state == State.FREE and change.impulses:
                 self._left[i] = t
         if change.ambiguous:
@@ -406,8 +413,7 @@ class Run:
         pulls += [(change.states[i], force) for i, force in change.pulls.items()]
         for i, state in change.states.items():
             if state.axial != 0.0 and state.state == State.STICK:
-                travel = float(self._y[2 * self.problem.q0.size + QUADRATURES + OF_A_CONTACT * i + TRAVEL])
-                held = travelled(before[i].changed(held=state.held, travel=travel))
+                held = travelled(before[i].changed(held=state.held, travel=float(self._own(i)[TRAVEL])))
                 held += sum(shared_flexibility(state, other) * force for other, force in pulls)
                 change.states[i] = state.changed(kept_slip=held)
 
@@ -415,16 +421,10 @@ class Run:
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         pair = self.pairs[contact]
         if how is AtEnd.SLIDES_OFF and pair.contact_law is not None:
-            self._add_to(contact, 0.0, 0.0, 0.0, pair.contact_law.energy(c.gap, c.slip, c.compliance))
+            self._own(contact)[STOP_LOSS] += pair.contact_law.energy(c.gap, c.slip, c.compliance)
         if self.pairs[contact].on_side or how is AtEnd.SLIDES_OFF:
             end = min(pair.extent, key=lambda place: abs(place - c.slip))
             self.record.passages.append(Passage(self._now.t, how, c.slip, end, self.pairs[contact].obstacle))
-
-    def _add_to(self, contact: int, normal: float, tangential: float, friction: float, stop: float) -> None:
-        """Add impulses (N s) and losses by friction and stop (J) to the quadratures, of the contact and of all."""
-        added, own = np.array([normal, tangential, friction, stop]), QUADRATURES + OF_A_CONTACT * contact
-        self._quadratures()[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] += added
-        self._y[2 * self.problem.q0.size + own :][:TRAVEL] += added
 
     def _account_for_penetrations(self, change: Transition, before: Mapping[int, Candidate]) -> None:
         """Account for the energy of stops that are found or left compressed.
@@ -437,43 +437,30 @@ class Run:
             if law is not None and i not in gone and (was.state == State.FREE) != (state.state == State.FREE):
                 energy = law.energy(was.gap, was.slip, max(was.compliance, state.compliance))
                 if gone:
-                    self._add_to(gone[0], 0.0, 0.0, 0.0, -energy)  # what it hands over is not lost
+                    self._own(gone[0])[STOP_LOSS] -= energy  # what it hands over is not lost
                 elif criterion is None or not criterion.located:
                     self._quadratures()[STABILIZATION_LOSS] += -energy if was.state == State.FREE else energy
 
-    def _track(self, contact: int, event: Event, impulse: Impulse) -> Event:
-        """Open or close the contact of an event; one that closes it gets the share of its finite force."""
-        free, opened = event.state == State.FREE, self._open.get(contact)
-        if opened is None and (event.kind is EventKind.REBOUND or not free or event.kind is EventKind.IMPACT):
-            compliance, places = self.contacts.of(contact).compliance, (event.place, event.place)
-            opened = OpenContact(self._now.t, impulse, self._own_quadratures(contact), compliance, places)
-            self._open[contact] = opened
-        elif opened is not None and event.kind.impulsive:
-            opened.impulse = Impulse(*(a + b for a, b in zip(opened.impulse, impulse, strict=True)))
-        if opened is None or not free or event.kind is EventKind.IMPACT:
-            return event
-        return event.with_share(self._close(contact, event.place))
-
-    def _close(self, contact: int, place: float) -> Contact:
-        """Close a contact at a place (m); returns the share of its finite force."""
-        opened, pair = self._open.pop(contact), self.pairs[contact]
-        opened.visit(place)
-        whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), pair.contact_law)
-        self.record.contacts.append(whole._replace(obstacle=self.pairs[contact].obstacle))
-        return finite
+    def _enter_changes(self, changes: Iterable[Change]) -> None:
+        """Enter the changes of contact states that steps have made."""
+        for contact, event, slip, own, counted in changes:
+            if event.state == State.FREE:
+                self._book.count(contact, counted)
+            self._book.enter(contact, event, slip, own)
 
     def _close_open_contacts(self) -> None:
         """Close what is open at the end of a run."""
         slips = self.record.segments[-1].observation.column("slip")[-1]
-        for i in list(self._open):
-            self._close(i, self.pairs[i].place(float(slips[i])))
+        for i in list(self._book.open):
+            if self._steps is not None:
+                self._book.count(i, self._steps.counted(self._y, i))
+            else:
+                self._book.visit(i, float(slips[i]))
+            self._book.close(i, self._now.t, self._own(i))
 
-    def _own_quadratures(self, contact: int) -> Array:
-        """Return the quadratures of one contact alone, (7,)."""
-        own = self._y[2 * self.problem.q0.size + QUADRATURES :][OF_A_CONTACT * contact :][:TRAVEL]
-        found = np.zeros(QUADRATURES)
-        found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
-        return found
+    def _own(self, contact: int) -> Array:
+        """Return the integrals of one contact, (5,), a part of the state vector."""
+        return self._y[2 * self.problem.q0.size + QUADRATURES :][OF_A_CONTACT * contact :][:OF_A_CONTACT]
 
     def _quadratures(self) -> Array:
         return self._y[2 * self.problem.q0.size :][:QUADRATURES]
@@ -484,8 +471,6 @@ class Run:
         if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
             raise RunEnded(Outcome.CHATTERING)
         self._recent.append(t)
-        if len(self.record.events) > MAX_EVENTS:
-            raise RunEnded(Outcome.TOO_MANY_EVENTS)
 
     def _enter(self) -> None:
         """Begin a phase: sample its right-hand values and arm its guards.
@@ -549,25 +534,23 @@ class Run:
         if large.any():
             count = int(np.argmax(large))
             self._now, self._y[:] = self._now._replace(t=float(times[count])), states[count]
+        changes, last = [] if self._steps is None else self._steps.changes(), 0.0
         if count:
             times, states = times[:count], states[:count]
-            self._log_changes(float(times[-1]))
+            last = float(times[-1])
+            self._enter_changes(change for change in changes if change.event.time <= last)
             self._store(times, states, self._observe(times, states))
-            self._set_mark(float(times[-1]), states[-1])
-        self._log_changes(self._now.t)
+            self._set_mark(last, states[-1])
+        self._enter_changes(change for change in changes if last < change.event.time <= self._now.t)
         if not large.any():
             self._take_peaks()
         if large.any() or self._large_deflection(self._y[None]).any():
             raise RunEnded(self._cause(Outcome.LARGE_DEFLECTION))
 
-    def _log_changes(self, until: float) -> None:
-        """Log the changes up to a time (s) of a scheme that makes them itself; by default there are none."""
-
     def _take_peaks(self) -> None:
         """Take the largest force and depth of each contact in a call."""
         for i, peaks in enumerate(self.contacts.peaks()):
-            if i in self._open:
-                self._open[i].press(*peaks)
+            self._book.press(i, *peaks)
 
     def _large_deflection(self, states: Array) -> NDArray[np.bool_]:
         """Whether deflections are beyond the model's range, of state vectors (samples, ny)."""
@@ -582,82 +565,14 @@ class Run:
 
     def _store(self, times: Array, states: Array, found: Observation) -> None:
         """Store samples of a phase as they have been observed."""
-        present = self._states()
-        for i, opened in self._open.items():
-            gap, slip = found.column("gap")[:, i], found.column("slip")[:, i]
-            opened.press(float(np.fmax.reduce(found.column("lambda_n")[:, i])), float(np.fmax.reduce(-gap)))
-            opened.visit(self.pairs[i].place(float(slip.min())))
-            opened.visit(self.pairs[i].place(float(slip.max())))
-        kept = states[:, : self._kept].copy()
-        each = tuple(int(c.state) for c in present)
-        nearest = _nearest(np.array([c.side for c in present]), self._ends, found.contacts)
-        of_stops = (
-            self._compression(present, found),
-            self._stored(present, found, kept),
-            self._stretched(present, found, kept),
-        )
-        self.record.segments.append(Segment(max(each), times, kept, found, nearest, *of_stops, each))
-
-    def _compression(self, states: Sequence[Candidate], found: Observation) -> Array:
-        """Largest compression (m) of a stop itself, 0 of rigid ones and in flight."""
-        largest = np.zeros(len(found.contacts))
-        for i, (c, pair) in enumerate(zip(states, self.pairs, strict=True)):
-            if pair.contact_law is not None and c.state != State.FREE:
-                residual = Residual(c.compliance, c.relaxation, c.tilt)
-                numbers = (found.column(name)[:, i] for name in ("gap", "gap_rate", "lambda_n"))
-                largest = np.maximum(largest, pair.contact_law.compression(residual, *numbers))
-        return largest
-
-    def _stored(self, states: Sequence[Candidate], found: Observation, y: Array) -> Array:
-        """Energy (J) that elastic stops, and the residual flexibility with them, hold at samples."""
-        stored = np.zeros(len(found.contacts))
-        for i, (c, pair) in enumerate(zip(states, self.pairs, strict=True)):
-            if pair.contact_law is not None and c.state != State.FREE:
-                gap, slip = found.column("gap")[:, i], found.column("slip")[:, i]
-                stored += pair.contact_law.energies(gap, slip, c.compliance)
-        return stored
-
-    def _stretched(self, states: Sequence[Candidate], found: Observation, y: Array) -> Array:
-        """Energy (J) that the axial flexibility behind the friction holds at samples."""
-        if not any(c.axial for c in states):
-            return np.zeros(len(found.contacts))
-        # no number where no force solves the contacts (Painleve)
-        forces = np.nan_to_num(found.column("lambda_tau"))
-        flexibility = np.array([[shared_flexibility(a, b) for b in states] for a in states])
-        return np.asarray(0.5 * np.einsum("si,ij,sj->s", forces, flexibility, forces))
+        kept, each, present = states[:, : self._kept].copy(), self._states_at(states), self._states()
+        segment = segment_of(times, kept, each, found, present, self.pairs)
+        if self._steps is None:
+            self._book.observe(found)
+        else:  # which count forces and places themselves
+            segment.stored[:] = self._steps.held(states)
+        self.record.segments.append(segment)
 
 
 def _is_rigid(c: Candidate) -> bool:
     return c.state != State.FREE and not c.compliant
-
-
-def inside_cones(states: list[Candidate], found: Observation) -> list[Candidate]:
-    """Return the states of contacts, or others whose forces are inside of the friction cones.
-
-    A contact that sticks beyond its cone is at its edge, one that pulls is without force.
-    """
-    normal, tangential = found.column("lambda_n")[0].tolist(), found.column("lambda_tau")[0].tolist()
-    changed = [_inside_cone(*contact) for contact in zip(states, normal, tangential, strict=True)]
-    return states if all(a is b for a, b in zip(changed, states, strict=True)) else changed
-
-
-def _inside_cone(c: Candidate, normal: float, tangential: float) -> Candidate:
-    """Return a contact, or another state of it if its forces (N) are outside of the friction cone."""
-    if c.state == State.STICK and abs(tangential) > c.static * max(normal, 0.0) * (1.0 + _OUTSIDE):
-        edge = c.static if tangential > 0.0 else -c.static
-        return c.changed(state=int(State.SLIP), intercept=edge, slope=0.0, lower=-np.inf, upper=np.inf)
-    pulls = c.state == State.SLIP and not c.compliant and normal < 0.0
-    return c.changed(state=int(State.FREE)) if pulls else c
-
-
-def _nearest(sides: Array, ends: Array, each: Array) -> Array:
-    """Return what is observed (samples, 6) of the contact with the smallest gap, with the forces of all."""
-    if each.shape[1] == 1:
-        return each[:, 0]
-    slips = each[:, :, OBSERVED.index("slip")]
-    within = (slips >= ends[0]) & (slips <= ends[1])
-    gaps = np.where(within, sides * each[:, :, OBSERVED.index("gap")], np.inf)
-    found: Array = each[np.arange(len(each)), np.argmin(gaps, axis=1)]
-    for name in ("lambda_n", "lambda_tau"):
-        found[:, OBSERVED.index(name)] = each[:, :, OBSERVED.index(name)].sum(axis=1)
-    return found

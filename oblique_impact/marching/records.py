@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from oblique_impact.contact.impacts import Impulse
+import numpy as np
+from numpy.typing import NDArray
+
 from oblique_impact.contact.state import State
-from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import AtEnd, EventKind
 from oblique_impact.errors import Outcome
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.equations import FRICTION_LOSS, NORMAL_IMPULSE, STOP_LOSS, TANGENTIAL_IMPULSE
 from oblique_impact.marching.sampling import Observation
 
 
@@ -82,55 +82,17 @@ class Contact(NamedTuple):
         return f"<contact from {span}: {self.normal_impulse:.5g} N s, at most {self.peak_force:.5g} N>"
 
 
-@dataclass
-class OpenContact:
-    """A contact that is still closed."""
-
-    start: float
-    impulse: Impulse  # that it began with
-    quadratures: Array  # at its start
-    compliance: float = 0.0  # m/N, of the body, in series with a compliant stop
-    places: tuple[float, float] = (0.0, 0.0)  # m along the beam, from where to where it has been
-    peak_force: float = 0.0
-    depth: float = 0.0  # m
-
-    def press(self, force: float, depth: float) -> None:
-        """Take a normal force (N) and a depth (m) that may be the largest."""
-        self.peak_force, self.depth = max(self.peak_force, force), max(self.depth, depth)
-
-    def visit(self, place: float) -> None:
-        """Take a place (m) where the contact has been."""
-        self.places = min(self.places[0], place), max(self.places[1], place)
-
-    def closed(self, end: float, quadratures: Array, law: ContactLaw | None) -> tuple[Contact, Contact]:
-        """Return the contact that ends at `end`, and the share of its finite force."""
-        gained = quadratures - self.quadratures
-        normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = law.peak_energy(self.depth, self.peak_force, self.compliance) if law else 0.0
-        loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
-        finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss, self.compliance)
-        whole = finite._replace(
-            normal_impulse=normal + self.impulse.normal,
-            tangential_impulse=tangential + self.impulse.tangential,
-            energy_loss=loss + self.impulse.energy_loss,
-            first_place=self.places[0],
-            last_place=self.places[1],
-        )
-        return whole, finite
-
-
 class Segment(NamedTuple):
     """Samples of one phase."""
 
-    state: int
     times: Array  # (samples,)
     states: Array  # (samples, ny)
     observation: Observation
     nearest: Array  # (samples, 6) of the contact with the smallest gap, with the forces of all together
     depth: Array  # (samples,) compression of the stop itself (m)
-    stored: Array  # (samples,) J, in elastic stops and the flexibility across the beam behind them
-    stretched: Array  # (samples,) J, in the axial flexibility behind the friction
-    each: tuple[int, ...]  # (n,) state of each contact
+    stored: Array  # (samples,) J, in elastic stops and the flexibility behind the contacts
+    stretched: Array  # (samples,) J, in the axial flexibility behind the friction, which is taken to have lost it
+    each: NDArray[np.int8]  # (samples, n) state of each contact
 
 
 @dataclass

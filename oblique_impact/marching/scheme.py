@@ -6,20 +6,35 @@ A scheme knows nothing of transitions, and holds no state of a run: that is in w
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.state import Contacts
-from oblique_impact.contact.transitions import StickCriterion
+from oblique_impact.contact.flexibility import Flexibility
+from oblique_impact.contact.state import Candidate, Contacts
+from oblique_impact.contact.transitions import Earlier, StickCriterion
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Limits, Stepper
 from oblique_impact.marching.buffers import Scratch
+from oblique_impact.marching.step_log import StepLog
 
 #: steps times degrees of freedom of a call: 33,000 steps of two modes are 0.2 s, and 750 of 128 some more
 _WORK_PER_CALL = 100_000
+
+
+class Task(NamedTuple):
+    """What a scheme has to march, as far as its buffers depend on it."""
+
+    size: int  # d degrees of freedom
+    contacts: int  # n candidates
+    entries: int  # of the state vector
+    output_interval: float  # s
+    end_time: float  # s
+    modes: NormalModes | None = None  # where the linear part of the system is known
+    flexibility: Flexibility | None = None  # behind the contact rows, at rest
 
 
 @dataclass(frozen=True)
@@ -51,12 +66,21 @@ class Scheme(ABC):
         """Length (s) of flights between bounces below which bounces are taken as accumulated."""
         return 0.0
 
-    def buffers(self, ny: int, modes: NormalModes | None, interval: float, end_time: float) -> Any:
-        """Return the buffers of this scheme alone, for state vectors of `ny` entries; by default None.
+    def buffers(self, task: Task) -> Any:
+        """Return the buffers of this scheme alone; by default None."""
+        return None
 
-        The system has `modes` where its linear part is known; samples are `interval` (s) apart.
+    def step_log(self, prepared: Prepared) -> StepLog | None:
+        """Return the log of steps that decide contact states themselves; by default None: transitions are guards'.
+
+        Behind what :meth:`extra_state` describes the last entries of the state vector are then states and counts.
         """
         return None
+
+    def resume(  # noqa: B027  most schemes have no such log
+        self, prepared: Prepared, earlier: Mapping[int, Earlier], places: Mapping[int, Candidate], q: Array
+    ) -> None:
+        """Log contacts that go on from an earlier run at q (d,), where they are now, if there is such a log."""
 
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
         """Raise InputError if this cannot march; called before a run of a user-defined scheme."""

@@ -29,6 +29,7 @@ with the tangential forces lambda_0 = P_tau/h of the step before: a spring in se
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -51,7 +52,8 @@ from oblique_impact.contact.impulses import (
     ImpulseProblem,
     solve_impulses,
 )
-from oblique_impact.contact.state import DIRECTION, RESPONSE, Contacts
+from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate, Contacts, State
+from oblique_impact.contact.transitions import Earlier
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, INCREMENT, RESIDUAL, SUPPLY, Array, copy, dot
 from oblique_impact.marching.advance import (
@@ -74,7 +76,28 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
-from oblique_impact.marching.scheme import Prepared, Scheme
+from oblique_impact.marching.scheme import Prepared, Scheme, Task
+from oblique_impact.marching.step_log import (
+    AFTER,
+    AT_SLIP,
+    BEFORE,
+    CLOSING_RATE,
+    CONTACT,
+    COUNTED,
+    HELD,
+    IMPACT_NORMAL,
+    IMPACT_TANGENTIAL,
+    LEAST,
+    LOGGED,
+    MOST,
+    OWN,
+    PEAK,
+    PLASTIC_LOSS,
+    SLIPPING_RATE,
+    STEPS,
+    TIME,
+    StepLog,
+)
 
 STEPS_PER_CALL = 1_000  # the log of a call has room for every contact in each of its steps
 _MOST_ITERATIONS = 20
@@ -86,20 +109,6 @@ _STILL = 100.0
 #: steps in which a contact closes: their impulses are those of its impact
 OF_AN_IMPACT = 2
 
-#: of the quadratures of a contact: energy (J) that the flexibility holds at its place
-HELD = 3
-
-#: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that are its impact, energy
-#: (J) lost in plastic impact, largest force (N) after these steps, least and largest slip (m)
-STEPS, IMPACT_NORMAL, IMPACT_TANGENTIAL, PLASTIC_LOSS, PEAK, LEAST, MOST = range(7)
-COUNTED = 7
-#: columns of the log, before what is counted: time (s), contact, state before and after, slip, gap rate before and
-#: slip rate after the step, and impulses and friction loss of the contact before the step
-TIME, CONTACT, BEFORE, AFTER, AT_SLIP, CLOSING_RATE, SLIPPING_RATE, OWN_NORMAL, OWN_TANGENTIAL, OWN_FRICTION = (
-    range(10)
-)
-LOGGED = 10
-
 
 class StepBuffers(NamedTuple):
     """Buffers of a run of n contacts and d degrees of freedom, and the contacts from step to step."""
@@ -108,8 +117,9 @@ class StepBuffers(NamedTuple):
     gaps: Array  # (n,) at the staggered coordinates; inf of a place that is beyond its side
     closed: NDArray[np.int64]  # (n,) the contacts of the problem, m of them
     states: NDArray[np.int64]  # (n,) of every contact
-    log: Array  # (rows, 17) changes of states
+    log: Array  # (rows, 20) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
+    resumed: Array  # (n, 8) what is counted at the start of a run
     factored: Array  # (3,) s, step of each effective matrix
     staggered: Array  # (d,) coordinates q0 + h v0/2
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
@@ -128,6 +138,7 @@ class StepBuffers(NamedTuple):
             np.zeros(n, dtype=np.int64),
             np.zeros((STEPS_PER_CALL * n, LOGGED + COUNTED)),
             np.zeros(1, dtype=np.int64),
+            np.zeros((n, COUNTED)),
             np.zeros(EFFECTIVE_SLOTS),
             np.zeros(size),
             np.zeros(n, dtype=np.bool_),
@@ -373,23 +384,27 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
-        counted = counts[COUNTED * i : COUNTED * (i + 1)]
-        if not stepper.massless and (b.states[i] == OPEN or counted[STEPS] < OF_AN_IMPACT):
-            # of an impact that jams friction alone may give energy: only the sum is a loss
-            plastic, friction = plastic + friction, 0.0
+        counted, forces = counts[COUNTED * i : COUNTED * (i + 1)], tail + d + 2 * i
         if state != b.states[i]:
             _log(stepper, i, state, end, gap_rate, slip_rate_after, before, counted)
-        own, forces = QUADRATURES + OF_A_CONTACT * i, tail + d + 2 * i
-        after[NORMAL_IMPULSE] += normal
-        after[TANGENTIAL_IMPULSE] += tangential
-        after[FRICTION_LOSS] += friction
-        after[own], after[own + 1] = before[own] + normal, before[own + 1] + tangential
-        after[own + 2] = before[own + 2] + friction
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
-        if state != OPEN:
-            impact = not stepper.massless and counted[STEPS] < OF_AN_IMPACT
-            _count(counted, impact, each[i].slip, normal, tangential, plastic, h)
+        if state == OPEN:
+            continue
+        counted[STEPS] += 1.0
+        counted[LEAST], counted[MOST] = min(counted[LEAST], each[i].slip), max(counted[MOST], each[i].slip)
+        if not stepper.massless and counted[STEPS] <= OF_AN_IMPACT:
+            counted[IMPACT_NORMAL] += normal
+            counted[IMPACT_TANGENTIAL] += tangential
+            # of an impact that jams friction alone may give energy: only the sum is a loss
+            counted[PLASTIC_LOSS] += plastic + friction
+        else:
+            own = QUADRATURES + OF_A_CONTACT * i
+            after[own + NORMAL_IMPULSE] += normal
+            after[own + TANGENTIAL_IMPULSE] += tangential
+            after[own + FRICTION_LOSS] += friction
+            counted[PLASTIC_LOSS] += plastic
+            counted[PEAK] = max(counted[PEAK], normal / h)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
             counted = counts[COUNTED * i : COUNTED * (i + 1)]
@@ -397,13 +412,11 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
     if stepper.yields:
-        damping, scheme, held = end_step(flexibility, h)
+        damping, scheme = end_step(flexibility, h)
         after[DAMPING_LOSS] += damping
         after[STABILIZATION_LOSS] += scheme
-        after[FRICTION_LOSS] += 0.0 if stepper.massless else held  # by the axis, until the end of a run
         for i in range(n):
-            own = QUADRATURES + OF_A_CONTACT * i
-            after[own + HELD] = 0.5 * flexibility.pressed[i] * flexibility.displaced[i]
+            counts[COUNTED * i + HELD] = 0.5 * flexibility.pressed[i] * flexibility.displaced[i]
     if stepper.massless:
         stepper.system.set_massless(s.at[d : 2 * d], v1)
     for j in range(d):
@@ -430,25 +443,9 @@ def _log(
         counted[LEAST] = counted[MOST] = slip
     row[TIME], row[CONTACT], row[BEFORE], row[AFTER] = t, i, b.states[i], state
     row[AT_SLIP], row[CLOSING_RATE], row[SLIPPING_RATE] = slip, gap_rate, slip_rate
-    for k in range(3):
-        row[OWN_NORMAL + k] = quadratures[own + k]
+    copy(quadratures[own : own + OF_A_CONTACT], row[OWN:LOGGED])
     copy(counted, row[LOGGED:])
     b.logged[0] += 1
-
-
-@jitable
-def _count(
-    counted: Array, impact: bool, slip: float, normal: float, tangential: float, plastic: float, h: float
-) -> None:
-    """Count one more step of a closed contact, of its `impact` or after it."""
-    if impact:
-        counted[IMPACT_NORMAL] += normal
-        counted[IMPACT_TANGENTIAL] += tangential
-    else:
-        counted[PEAK] = max(counted[PEAK], normal / h)
-    counted[STEPS] += 1.0
-    counted[PLASTIC_LOSS] += plastic
-    counted[LEAST], counted[MOST] = min(counted[LEAST], slip), max(counted[MOST], slip)
 
 
 class TimeStepper(NamedTuple):
@@ -542,7 +539,38 @@ class TimeSteppingScheme(Scheme):
     def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:
         """Begin to count."""
         extra[:] = np.nan
-        extra[-COUNTED * prepared.own.states.size :] = 0.0
+        extra[-prepared.own.resumed.size :] = prepared.own.resumed.ravel()
+
+    def buffers(self, task: Task) -> StepBuffers:  # noqa: D102
+        rubs = self.mu_static > 0.0
+        flexibility = task.flexibility if rubs or self.massless else None
+        return StepBuffers.new(task.contacts, task.size, rubs, (flexibility or Flexibility.none()).at_rest())
+
+    def step_log(self, prepared: Prepared) -> StepLog:  # noqa: D102
+        return StepLog(prepared.own.log, prepared.own.logged, prepared.own.states.size)
+
+    def resume(
+        self, prepared: Prepared, earlier: Mapping[int, Earlier], places: Mapping[int, Candidate], q: Array
+    ) -> None:
+        """Begin in flight, but for these contacts: the first step finds others."""
+        b, contacts = prepared.own, prepared.contacts
+        for i, contact in earlier.items():
+            at = places[i]
+            slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
+            b.states[i] = STUCK if contact.state == State.STICK else slips
+            b.resumed[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip, 0.0]
+            began = [0.0, i, OPEN, b.states[i], at.slip, at.gap_rate, at.slip_rate, *[0.0] * OF_A_CONTACT]
+            b.log[b.logged[0]] = [*began, *b.resumed[i]]
+            b.logged[0] += 1
+            contacts.take(i, contacts.of(i).changed(gap=at.gap, slip=at.slip, gap_rate=at.gap_rate))
+        flexibility = b.flexibility
+        if earlier and flexibility.pressed.size:
+            take_places(flexibility, float(q[0]), contacts.in_python())
+            for i, contact in earlier.items():
+                forces = contact.normal_force, contact.tangential_force
+                flexibility.after[i] = float(flexibility.toward[i] @ forces)
+            end_step(flexibility, 1.0)  # of any length
+            b.resumed[:, HELD] = 0.5 * flexibility.pressed * flexibility.displaced
 
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return STEPS_PER_CALL

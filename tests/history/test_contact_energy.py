@@ -9,7 +9,14 @@ import xarray as xr
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.errors import FileWarning
 from oblique_impact.history import history as histories
-from oblique_impact.marching.equations import DAMPING_LOSS, FRICTION_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED
+from oblique_impact.marching.equations import (
+    DAMPING_LOSS,
+    FRICTION_LOSS,
+    STABILIZATION_LOSS,
+    STOP_LOSS,
+    SUPPLIED,
+    of_all_contacts,
+)
 from oblique_impact.renders import panels
 from tests.systems import PowerLaw
 
@@ -41,7 +48,8 @@ CASES = {
 def losses(record, samples) -> np.ndarray:
     """Energy (J) lost less what was supplied up to each sample."""
     kept = samples.quadratures
-    found = kept[:, [FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, STOP_LOSS]].sum(axis=1) - kept[:, SUPPLIED]
+    found = kept[:, [DAMPING_LOSS, STABILIZATION_LOSS]].sum(axis=1) - kept[:, SUPPLIED]
+    found += of_all_contacts(kept, FRICTION_LOSS) + of_all_contacts(kept, STOP_LOSS)
     for event in record.events:
         if event.kind.impulsive:
             found = found + event.energy_loss * (samples.time > event.time)

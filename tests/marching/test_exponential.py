@@ -26,15 +26,15 @@ CASES = {
 class Exponential(EventScheme):
     """The event scheme with the exponential integrator also in runs so short that its tables do not pay."""
 
-    def buffers(self, ny, modes, interval, end_time):
-        return super().buffers(ny, modes, interval, 1e9)
+    def buffers(self, task):
+        return super().buffers(task._replace(end_time=1e9))
 
 
 class RungeKutta(EventScheme):
     """The event scheme without the exponential integrator."""
 
-    def buffers(self, ny, modes, interval, end_time):
-        return super().buffers(ny, None, interval, end_time)
+    def buffers(self, task):
+        return super().buffers(task._replace(modes=None))
 
 
 class ShortCalls(EventScheme):
