@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.contact.complementarity import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.flexibility import Flexibility, end_step, take_places
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import Candidate, State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import Outcome, RunEnded
