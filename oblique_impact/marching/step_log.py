@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.complementarity import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.impulses import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.kernels.workspace import Array

@@ -36,6 +36,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.complementarity import (
+    BACKWARDS,
+    FORWARDS,
+    OPEN,
+    STUCK,
+    ContactProblem,
+    solve_contacts,
+)
 from oblique_impact.contact.flexibility import (
     Flexibility,
     end_step,
@@ -44,14 +52,6 @@ from oblique_impact.contact.flexibility import (
     yielding_between,
 )
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK
-from oblique_impact.contact.impulses import (
-    BACKWARDS,
-    FORWARDS,
-    OPEN,
-    STUCK,
-    ImpulseProblem,
-    solve_impulses,
-)
 from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate, Contacts, State
 from oblique_impact.contact.transitions import Earlier
 from oblique_impact.kernels.jit import inlined, jitable
@@ -125,7 +125,7 @@ class StepBuffers(NamedTuple):
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
     slipping: Array  # (n,) m/s, slip velocities of these before the step
     impulses: Array  # (2 n,) N s, of these
-    problem: ImpulseProblem
+    problem: ContactProblem
     flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
@@ -144,7 +144,7 @@ class StepBuffers(NamedTuple):
             np.zeros(n, dtype=np.bool_),
             np.zeros(n),
             np.zeros(2 * n),
-            ImpulseProblem.new(n, rubs),
+            ContactProblem.new(n, rubs),
             flexibility,
         )
 
@@ -252,12 +252,12 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
             p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
-    if not solve_impulses(p, m, stepper.rubs):
+    if not solve_contacts(p, m, True):
         return False
     for k in range(m):
         for a in range(directions):
-            more, response = p.impulses[2 * k + a] - b.impulses[2 * k + a], rows[RESPONSE, k, a]
-            b.impulses[2 * k + a] = p.impulses[2 * k + a]
+            more, response = p.forces[2 * k + a] - b.impulses[2 * k + a], rows[RESPONSE, k, a]
+            b.impulses[2 * k + a] = p.forces[2 * k + a]
             for j in range(v1.shape[0]):
                 v1[j] += more * response[j]
     push_places(b.flexibility, h, b.impulses, b.closed, m)
