@@ -10,13 +10,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 #: folders beside the core that are its sub-packages when installed
 BESIDE = ("modal", "fem_beam", "renders", "validation")
-#: from the bottom to the top: a module imports, when it is loaded, only from lower layers and from its own package
+#: from the bottom to the top: a module imports, but in functions, only from lower layers and from its own package
 LAYERS = (
     {"errors"},
-    {"files", "installed", "machine", "progress", "kernels"},
+    {"files", "installed", "machine", "kernels"},
     {"scenario"},
     {"contact"},
-    {"beam"},
+    {"beam", "progress"},
     {"marching"},
     {"history", "beam_problem"},
     {"modal", "fem_beam", "simulation"},
@@ -40,7 +40,7 @@ def modules() -> dict[str, Path]:
 
 
 def loaded(file: Path) -> Iterator[str]:
-    """Names that a module imports when it is loaded: not in functions, not for type checkers."""
+    """Names that a module imports when it is loaded, or for type checkers: not in functions."""
     todo = list(ast.parse(file.read_text(encoding="utf-8")).body)
     while todo:
         node = todo.pop()
@@ -48,10 +48,7 @@ def loaded(file: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        elif not (
-            isinstance(node, ast.FunctionDef)
-            or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
-        ):
+        elif not isinstance(node, ast.FunctionDef):
             todo += ast.iter_child_nodes(node)
 
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate, Contacts
+from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.events import Event
 from oblique_impact.history.history import History
+from oblique_impact.kernels.contacts import ContactArrays
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.kernels.workspace import EFFECTIVE, FORCES, FREE_ACCELERATION, INCREMENT, RESIDUAL, Workspace
 
@@ -198,7 +199,7 @@ class ElasticRod(MechanicalSystem):
 
     # the mass matrix is diagonal; what follows in place of the interpreted loops of a dense one
 
-    def solve_mass(self, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
+    def solve_mass(self, rank_one: float, w: Workspace, contacts: ContactArrays, closed: bool) -> bool:
         w.vectors[FREE_ACCELERATION] = w.vectors[FORCES] / self._masses
         contacts.rows[RESPONSE] = contacts.rows[DIRECTION] / self._masses
         return True
@@ -210,7 +211,9 @@ class ElasticRod(MechanicalSystem):
             w.matrices[EFFECTIVE + slot] = np.linalg.inv(np.diag(self._masses) + position * self._stiffness)
         return True
 
-    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool) -> None:
+    def solve_effective(
+        self, rank_one: float, w: Workspace, slot: int, contacts: ContactArrays, closed: bool
+    ) -> None:
         inverse = w.matrices[EFFECTIVE + slot]
         w.vectors[INCREMENT] = inverse @ w.vectors[RESIDUAL]
         contacts.rows[RESPONSE] = contacts.rows[DIRECTION] @ inverse

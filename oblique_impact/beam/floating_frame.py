@@ -15,6 +15,7 @@ from oblique_impact.beam.axis import Places, touch_peg
 from oblique_impact.beam.base_motion import drive_acceleration
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
+from oblique_impact.kernels.contacts import ContactArrays
 from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.laws import Law
@@ -390,7 +391,9 @@ def _solve(model: BeamModel, pivot: float, right: Array, x: Array) -> None:
 
 
 @jitable
-def solve_beam_mass(model: BeamModel, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
+def solve_beam_mass(
+    model: BeamModel, rank_one: float, w: Workspace, contacts: ContactArrays, closed: bool
+) -> bool:
     """Acceleration without contact force and, with `closed`, M^-1 D^T of the closed contacts.
 
     False if M is not positive definite.

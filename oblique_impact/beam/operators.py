@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, lru_cache
+from importlib import import_module
 from numbers import Number
 from typing import Any, Protocol, runtime_checkable
 
@@ -235,17 +236,13 @@ class Discretization(Protocol):
         """Return the operators of the beam of a scenario, whose section `discretization` it may read."""
 
 
+#: packages of the built-in discretizations, which import this module
+_PACKAGES = {"modal": "modal", "fem": "fem_beam", "absolute": "fem_beam.exact"}
+
+
 def discretization(method: str) -> Any:
-    """Return the package of a built-in discretization: `modal`, `fem_beam` or `fem_beam.exact`."""
-    # imported here because each of them imports this module
-    if method == "modal":
-        from oblique_impact import modal
-
-        return modal
-    from oblique_impact import fem_beam
-    from oblique_impact.fem_beam import exact
-
-    return fem_beam if method == "fem" else exact
+    """Return the package of a built-in discretization, by the name that a scenario gives it."""
+    return import_module(f"oblique_impact.{_PACKAGES[method]}")
 
 
 def build_operators(scenario: Scenario, user_defined: Discretization | None = None) -> BeamOperators:

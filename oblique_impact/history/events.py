@@ -8,9 +8,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from oblique_impact.contact.log import Contact, Event
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.marching.records import Contact, Event
 
 __all__ = [
     "EVENT_COLUMNS",

@@ -24,6 +24,7 @@ from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.frequencies import clustering_time
 from oblique_impact.beam.validity.run_warnings import run_warnings
+from oblique_impact.contact.log import Contact, Event
 from oblique_impact.contact.state import State
 from oblique_impact.errors import FileWarning, InputError, Outcome
 from oblique_impact.files import save_all, writing
@@ -48,7 +49,7 @@ from oblique_impact.history.variables import (
     VARIABLES,
     dataset,
 )
-from oblique_impact.marching.records import Contact, Event, Record
+from oblique_impact.marching.records import Record
 from oblique_impact.scenario.messages import counted, short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 
@@ -403,7 +404,7 @@ def beam_history(
     """
     summary = summarize(record, samples, wall, clustering_time(scenario))
     summary["clearance"] = closest(variables, scenario.beam.length)
-    warnings, without_limit = run_warnings(scenario, record, variables, summary, beam)
+    warnings, without_limit = run_warnings(scenario, record.contacts, record.ambiguous, variables, summary, beam)
     summary |= {"without_limit": without_limit, "warnings": warnings}
     return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
 

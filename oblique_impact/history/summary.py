@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from oblique_impact.contact.log import Contact, Event
 from oblique_impact.errors import Outcome
 from oblique_impact.history.events import numbers_of
 from oblique_impact.history.provenance import provenance, provenance_line, versions
@@ -29,7 +30,7 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
     of_all_contacts,
 )
-from oblique_impact.marching.records import Contact, Event, Record
+from oblique_impact.marching.records import Record
 
 #: causes of energy loss: the entries `lost_impact`, `lost_friction`, ... of a ledger
 LOSSES = ("impact", "friction", "damping", "scheme")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from oblique_impact.kernels.contacts import ContactArrays
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import (
     EFFECTIVE,
@@ -19,9 +20,6 @@ from oblique_impact.kernels.workspace import (
     Evaluation,
     Workspace,
 )
-
-if TYPE_CHECKING:  # which is built on this package
-    from oblique_impact.contact.state import Contacts
 
 
 @jitable
@@ -94,7 +92,7 @@ def multiply(matrix: Array, x: Array, product: Array) -> None:
 
 
 @jitable
-def solve_dense(lower: Array, right: Array, x: Array, contacts: Contacts, closed: bool) -> None:
+def solve_dense(lower: Array, right: Array, x: Array, contacts: ContactArrays, closed: bool) -> None:
     """Solve for a vector (d,) and, with `closed`, for the rows of the closed contacts."""
     solve(lower, right, x)
     if closed:
@@ -108,7 +106,7 @@ def solve_dense(lower: Array, right: Array, x: Array, contacts: Contacts, closed
 class DenseAlgebra:
     """The protocol of :class:`~oblique_impact.kernels.system.System` for a dense mass matrix."""
 
-    def solve_mass(self: Any, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:  # noqa: D102
+    def solve_mass(self: Any, rank_one: float, w: Workspace, contacts: ContactArrays, closed: bool) -> bool:  # noqa: D102
         if not factor(w.matrices[MASS], w.matrices[FACTOR]):
             return False
         v = w.vectors
@@ -142,7 +140,7 @@ class DenseAlgebra:
         return factor(effective, effective)
 
     def solve_effective(  # noqa: D102
-        self: Any, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool
+        self: Any, rank_one: float, w: Workspace, slot: int, contacts: ContactArrays, closed: bool
     ) -> None:
         v = w.vectors
         solve_dense(w.matrices[EFFECTIVE + slot], v[RESIDUAL], v[INCREMENT], contacts, closed)

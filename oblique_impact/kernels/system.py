@@ -12,17 +12,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.kernels.contacts import CandidateFields as Candidate
+from oblique_impact.kernels.contacts import ContactArrays as Contacts
 from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import compiled_protocol
 from oblique_impact.kernels.workspace import FORCES, MASS, SUPPLY, Array, Evaluation, Workspace, new_workspace
-
-if TYPE_CHECKING:  # which is built on this package
-    from oblique_impact.contact.state import Candidate, Contacts
 
 __all__ = ["ContactRows", "MechanicalSystem", "System"]
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.log import Contact, Event
 from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import FRICTION_LOSS, NORMAL_IMPULSE, STOP_LOSS, TANGENTIAL_IMPULSE
-from oblique_impact.marching.records import Contact, Event
 from oblique_impact.marching.sampling import Observation
 from oblique_impact.marching.step_log import Counted
 

@@ -23,6 +23,7 @@ from oblique_impact.contact.forces import (
     travelled,
 )
 from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.log import Event, Passage
 from oblique_impact.contact.state import Candidate, Contacts, State
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
@@ -46,7 +47,7 @@ from oblique_impact.marching.equations import (
 )
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.records import Event, Passage, Record
+from oblique_impact.marching.records import Record
 from oblique_impact.marching.sampling import Observation, observe, solve_problem
 from oblique_impact.marching.scheme import Prepared, Task
 from oblique_impact.marching.search import nearby

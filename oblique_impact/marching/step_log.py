@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.complementarity import BACKWARDS, FORWARDS, OPEN, STUCK
 from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.log import Event
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import OF_A_CONTACT
-from oblique_impact.marching.records import Event
 
 #: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that are its impact, energy
 #: (J) lost in plastic impact, largest force (N) after these steps, least and largest slip (m); and the energy (J)

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from oblique_impact.scenario.model import ON_NODE, ScenarioModel
 from oblique_impact.scenario.sections import DiscretizationSection
-
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
 
 MAX_STEPS = 1_000_000_000
 MAX_VALUES = 500_000_000
 
 #: initial gap (over the beam's length) below which the beam touches the slope
 TOUCHING = 1e-12
-#: distance (over the beam's length) at which a node of a given mesh is at a point
-ON_NODE = 1e-9
 #: least distance of the contact point from the root, over the length: its lever arm
 _LEAST_POINT = 1e-3
 
@@ -27,7 +22,7 @@ def coordinates(discretization: DiscretizationSection) -> int:
     return 1 + (6 * d.elements if d.method == "absolute" else d.modes or 2 * d.elements)
 
 
-def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
+def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     """Yield each key that does not fit the others, with what is allowed; each may rely on those before it."""
     if s.discretization.method == "modal":
         uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
@@ -54,7 +49,7 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
     yield from _of_solver(s)
 
 
-def _of_contact_point(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     point, length = s.contact.point, s.beam.length
     if point > length:
         yield "contact.point", f"should be on the beam, at most beam.length = {length}"
@@ -62,7 +57,7 @@ def _of_contact_point(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.point", f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
 
 
-def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_one_contact(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     if not s.slope.enabled:
         only = 'false only with contact.where = "anywhere"'
         yield "slope.enabled", f"{only}; contact.enabled = false is free motion"
@@ -72,7 +67,7 @@ def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "initial.angle", f"{below}; the gap should be at least 0"
 
 
-def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_many_contacts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     several = 'with contact.where = "anywhere"'
     if s.contact.restitution > 0.0:
         yield "contact.restitution", f"should be 0 {several}: of several contacts it has no limit"
@@ -100,14 +95,14 @@ def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
         yield from _of_undeformed_beam(s)
 
 
-def _is_tapered(s: Scenario) -> bool:
+def _is_tapered(s: ScenarioModel) -> bool:
     """Return whether the distance of the outer fibre changes; between rows of tables it is monotonic."""
     rows = {x for table in s.beam.tables().values() for x, _ in table}
     depths = [s.beam.fibre_distance(x) for x in sorted(rows)] or [0.0]
     return max(depths) - min(depths) > TOUCHING * s.beam.length
 
 
-def _of_undeformed_beam(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     """Yield obstacles that the beam at t = 0 overlaps, or that lie on its axis."""
     radius, angle, touching = s.root.hub_radius, s.initial.angle, TOUCHING * s.beam.length
     for side in s.sides:
@@ -136,7 +131,7 @@ def _named(obstacle: int) -> tuple[str, str]:
     return (f"obstacles.{obstacle}.origin", f"obstacle {obstacle}") if obstacle else ("initial.angle", "the slope")
 
 
-def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_massless_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     without = 'with contact.point_inertia = "none"'
     if s.beam.tip_mass > 0.0 and s.contact.point == s.beam.length:
         yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
@@ -146,7 +141,7 @@ def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "contact.point", f"should be beam.length in the full nodal model {without}"
 
 
-def _of_axial_flexibility(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_axial_flexibility(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     c, behind = s.contact, "with contact.axial_flexibility"
     if s.is_absolute:
         yield "contact.axial_flexibility", "the beam in absolute coordinates stretches itself; leave this key out"
@@ -168,7 +163,7 @@ def _of_axial_flexibility(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "solver.stick", f'should be "projection" {behind}'
 
 
-def _of_nodal_model(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_nodal_model(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     nodal, instead = "the full nodal model", "or keep modes: discretization.modes >= 1"
     if s.root.is_moved:
         yield "discretization.modes", f"{nodal} is for a pin or a hub of radius 0; keep modes"
@@ -180,7 +175,7 @@ def _of_nodal_model(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "beam.modal_damping_ratio", f"{nodal} has no modes to damp; use beam.kelvin_voigt, {instead}"
 
 
-def _of_time_stepping(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_time_stepping(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     where = 'with solver.scheme = "time-stepping"'
     if s.contact.where != "anywhere" or not s.contact.enabled:
         yield "solver.scheme", '"time-stepping" is for contact.where = "anywhere"; others march one point or none'
@@ -194,7 +189,7 @@ def _of_time_stepping(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "root.kind", f'should be "pin" or "hub" {where}'
 
 
-def _of_exact_beam(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     exact = "the beam in absolute coordinates"
     if s.contact.enabled and s.contact.normal != "spring":
         yield (
@@ -216,7 +211,7 @@ def _of_exact_beam(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "solver.scheme", f'{exact} is marched by "energy-consistent" only, which is the default'
 
 
-def _of_discretization(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_discretization(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     d, length, point = s.discretization, s.beam.length, s.contact.point
     if d.frame == "mean-axis" and s.root.is_moved:
         frame = "the mean-axis frame is for a pin or a hub of radius 0"
@@ -233,7 +228,7 @@ def _of_discretization(s: Scenario) -> Iterator[tuple[str, str]]:
             yield "discretization.nodes", f"none of them is at {where}; the contact needs one there"
 
 
-def _of_solver(s: Scenario) -> Iterator[tuple[str, str]]:
+def _of_solver(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     samples = s.end_time / s.solver.output_interval
     # numbers of one sample in memory: states and accelerations, results at 33 stations, scalars
     values = 3 * coordinates(s.discretization) + 8 * 33 + 60

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.scenario.sections import ObstacleSection
+from oblique_impact.scenario.model import ScenarioModel
+from oblique_impact.scenario.sections import ObstacleSection
 
 
 class Rule(NamedTuple):
@@ -16,7 +15,7 @@ class Rule(NamedTuple):
     section: str
     #: their names, separated by spaces
     keys: str
-    acts: Callable[[Scenario], bool]
+    acts: Callable[[ScenarioModel], bool]
     words: str
 
 
@@ -24,7 +23,7 @@ class ObstacleRule(NamedTuple):
     """A key of an obstacle, when it acts in a scenario, and what is said where it does not."""
 
     key: str
-    acts: Callable[[Scenario, ObstacleSection], bool]
+    acts: Callable[[ScenarioModel, ObstacleSection], bool]
     words: str
 
 
@@ -180,14 +179,14 @@ OBSTACLE_RULES = (
 )
 
 
-def without_effect(s: Scenario) -> Iterator[tuple[str, str]]:
+def without_effect(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     """Yield each key that is given and not with its default value, but does not act, with what it takes to act."""
     for key in s.given():
         if s.value_of(key) != s.default_of(key) and (words := idle(s, key)):
             yield key, words
 
 
-def idle(s: Scenario, name: str) -> str:
+def idle(s: ScenarioModel, name: str) -> str:
     """Return why a key "section.key" has no effect in a scenario, and what it would act with; "" if it acts."""
     section, _, key = name.rpartition(".")
     if section.startswith("obstacles."):

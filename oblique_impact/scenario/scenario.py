@@ -2,48 +2,33 @@
 
 from __future__ import annotations
 
-import math
 import os.path
 import re
 from collections.abc import Collection, Iterator
 from contextvars import ContextVar
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import tomlkit
-from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario import consistency, effects
 from oblique_impact.scenario.comments import commented, listing
-from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
+from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.mesh_file import take_mesh
-from oblique_impact.scenario.messages import did_you_mean, plain_text, refused, short
-from oblique_impact.scenario.obstacles import ObstaclePoint, Side
-from oblique_impact.scenario.section import InputSection, key
-from oblique_impact.scenario.sections import (
-    BaseSection,
-    BeamSection,
-    ContactSection,
-    DiscretizationSection,
-    InitialSection,
-    ObstacleSection,
-    Positive,
-    RootSection,
-    SlopeSection,
-    SolverSection,
-)
-from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, shape_property
+from oblique_impact.scenario.messages import did_you_mean, refused, short
+from oblique_impact.scenario.model import ScenarioModel
+from oblique_impact.scenario.section import InputSection
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES
 from oblique_impact.scenario.toml import apply_change, drop_key, flat_keys, parse_toml, set_key
-from oblique_impact.scenario.units import Unit
 
 #: bytes; a scenario file has a hundred lines, and tables of a thousand
 MAX_FILE = 1_000_000
 #: table of a resolved file: values that were not given and follow other keys
 DERIVED = "derived"
-MAX_OBSTACLES = 100
 #: whether a resolved file is read, which holds keys without effect too (an argument would not reach validators)
 _HOLDS_EVERY_KEY = ContextVar("_HOLDS_EVERY_KEY", default=False)
 #: keys whose values may be derived from others; obstacles have their stiffness besides
@@ -68,7 +53,7 @@ def _with_derived(schema: dict[str, Any]) -> None:
     }
 
 
-class Scenario(InputSection):
+class Scenario(ScenarioModel):
     """One simulation, in SI units.
 
     Sections and keys are those of the scenario file, with these defaults, which are the paper's case:
@@ -82,73 +67,6 @@ class Scenario(InputSection):
     """
 
     model_config = ConfigDict(validate_default=True, title="oblique-impact", json_schema_extra=_with_derived)
-    first_item = 1  # obstacles count from 1, as in events
-
-    title: Annotated[str, Field(max_length=200), AfterValidator(plain_text)] = key(
-        "", "title of the run in pictures, films and pages"
-    )
-    end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
-    gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = key(
-        9.8, "acceleration of gravity, downwards"
-    )
-    beam: BeamSection = BeamSection()
-    root: RootSection = RootSection()
-    initial: InitialSection = InitialSection()
-    base: BaseSection = BaseSection()
-    slope: SlopeSection = SlopeSection()
-    discretization: DiscretizationSection = DiscretizationSection()
-    contact: ContactSection = ContactSection()
-    obstacles: Annotated[tuple[ObstacleSection, ...], Field(strict=False, max_length=MAX_OBSTACLES)] = key(
-        (), "obstacles besides the slope, each a table [[obstacles]] further below; [] is none"
-    )
-    solver: SolverSection = SolverSection()
-
-    # --- keys derived from others unless they are given
-
-    @field_validator("beam")
-    @classmethod
-    def _shape_and_material(cls, beam: BeamSection) -> BeamSection:
-        found: dict[str, Any] = {}
-        if beam.section.shape:
-            found |= {name: shape_property(beam.section, name) for name in SHAPE_PROPERTIES}
-        if beam.material:
-            found |= {name: getattr(MATERIALS[beam.material], name) for name in MATERIAL_PROPERTIES}
-        return beam.with_defaults(**found)
-
-    @field_validator("contact")
-    @classmethod
-    def _contact_of_beam(cls, contact: ContactSection, info: ValidationInfo) -> ContactSection:
-        known = {"beam", "discretization"} <= info.data.keys()
-        return contact.with_defaults(**_contact_defaults(contact.where, **info.data)) if known else contact
-
-    @field_validator("obstacles")
-    @classmethod
-    def _stiffness_of_contact(
-        cls, items: tuple[ObstacleSection, ...], info: ValidationInfo
-    ) -> tuple[ObstacleSection, ...]:
-        contact = info.data.get("contact", ContactSection())
-        return tuple(item.with_defaults(stiffness=contact.stiffness) for item in items)
-
-    @field_validator("obstacles", mode="before")
-    @classmethod
-    def _list_of_obstacles(cls, items: Any) -> Any:
-        if not isinstance(items, list | tuple):
-            raise ValueError("a list of obstacles; in a file each is a table [[obstacles]]")
-        return items
-
-    @field_validator("discretization")
-    @classmethod
-    def _frame_of_method(cls, discretization: DiscretizationSection) -> DiscretizationSection:
-        return discretization.with_defaults(frame="mean-axis" if discretization.is_nodal else "tangent")
-
-    @field_validator("solver")
-    @classmethod
-    def _scheme_of_discretization(cls, solver: SolverSection, info: ValidationInfo) -> SolverSection:
-        discretization = info.data.get("discretization", DiscretizationSection())
-        if discretization.method == "absolute":
-            return solver.with_defaults(scheme="energy-consistent")
-        return solver.with_defaults(scheme="generalized-alpha" if discretization.is_nodal else "event")
-
     # --- unknown and inconsistent keys
 
     @model_validator(mode="before")
@@ -179,166 +97,6 @@ class Scenario(InputSection):
         for name, words in effects.without_effect(self) if not _HOLDS_EVERY_KEY.get() else ():
             raise refused(name, self.value_of(name), words)
         return self
-
-    def default_of(self, name: str) -> Any:
-        """Return the value that "section.key" has in this scenario where it is not given."""
-        section, _, inner = name.rpartition(".")
-        if section == "contact" and inner in ("point", "grid"):
-            return _contact_defaults(self.contact.where, self.beam, self.discretization)[inner]
-        if section.startswith("obstacles.") and inner == "stiffness":
-            return self.contact.stiffness
-        if name == "discretization.elements" and self.discretization.nodes:
-            return len(self.discretization.nodes) - 1
-        return type(self.value_of(section) if section else self).model_fields[inner].default
-
-    # --- derived quantities
-
-    @property
-    def is_nodal(self) -> bool:
-        """Whether the full nodal model is marched: finite elements, nothing reduced."""
-        return self.discretization.is_nodal
-
-    @property
-    def is_absolute(self) -> bool:
-        """Whether the beam is the geometrically exact one in absolute coordinates."""
-        return self.discretization.method == "absolute"
-
-    @property
-    def largest_gravity(self) -> float:
-        """The largest acceleration of gravity (m/s^2) that is felt on a shaken base."""
-        c, s = math.cos(self.base.direction), math.sin(self.base.direction)
-        return max(math.hypot(a * c, self.gravity + a * s) for a in self.base.extremes)
-
-    @property
-    def contact_fibre(self) -> float:
-        """Transverse coordinate (m) of the contact point in its section: 0 on the axis, negative below it."""
-        if self.contact.surface == "axis":
-            return 0.0
-        return self.slope_side.facing(self.initial.angle) * self.half_depth
-
-    @property
-    def half_depth(self) -> float:
-        """Distance (m) from the beam's axis to where it touches, at the contact point, see `half_depth_at`."""
-        return self.half_depth_at(self.contact.point)
-
-    def half_depth_at(self, x: float) -> float:
-        """Distance (m) from the axis to where the beam touches at x (m): to the outer fibre, or 0."""
-        return self.beam.fibre_distance(x) if self.contact.surface == "section" else 0.0
-
-    @property
-    def initial_gap(self) -> float:
-        """Gap of the undeformed beam at t = 0 (m)."""
-        return self._initial_gap_and_slip[0]
-
-    @property
-    def initial_slip(self) -> float:
-        """Place of the contact point along the slope at t = 0 (m from its origin)."""
-        return self._initial_gap_and_slip[1]
-
-    @property
-    def _initial_gap_and_slip(self) -> tuple[float, float]:
-        reach = self.root.hub_radius + self.contact.point
-        return self.slope_side.gap_and_place(reach, self.initial.angle, self.half_depth)
-
-    @property
-    def slope_side(self) -> Side:
-        """The slope as a side, whether it is enabled or not."""
-        slope = self.slope
-        return Side(0, slope.origin, slope.angle, slope.extent, self.contact.stiffness)
-
-    @property
-    def sides(self) -> list[Side]:
-        """Straight sides that the beam can touch: the slope (0) if it is enabled, then those of the obstacles.
-
-        Whether contact is enabled is not asked.  With ``contact.where = "point"`` it is the slope alone.
-        """
-        others = [
-            Side(number, item.origin, item.angle, item.extent, item.stiffness, item.bedding)
-            for number, item in enumerate(self.obstacles, start=1)
-            if item.kind == "side"
-        ]
-        return [self.slope_side, *others] if self.slope.enabled else others
-
-    @property
-    def obstacle_points(self) -> list[ObstaclePoint]:
-        """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``.
-
-        A side with a bedding has no corners: a bed gives way to a point.
-        """
-        if self.contact.where == "point":
-            return []
-        ends = [
-            ObstaclePoint(side.obstacle, x, y, 0.0, side.stiffness, corner=True)
-            for side in self.sides
-            if not side.bedding
-            for x, y in side.ends
-        ]
-        pegs = [
-            ObstaclePoint(number, *item.origin, item.radius, item.stiffness, corner=False)
-            for number, item in enumerate(self.obstacles, start=1)
-            if item.kind == "point"
-        ]
-        return sorted([*ends, *pegs], key=lambda point: point.obstacle)
-
-    @property
-    def beam_points(self) -> tuple[float, ...]:
-        """Places (m along the beam) that can touch sides, ascending: the contact point, or the contact grid."""
-        if self.contact.where == "point":
-            return (self.contact.point,)
-        parts = self.contact.grid
-        return tuple(self.beam.length * (number / parts) for number in range(1, parts + 1))
-
-    def cell_on(self, side: Side, place: float) -> tuple[float, float]:
-        """Return how far (m) the cell of a place on the beam reaches along a side, before the place and after it.
-
-        The cells of the contact grid, which end half way to the next place, bear on a bedding; (0, 0) without one.
-        """
-        if not side.bedding:
-            return 0.0, 0.0
-        half = 0.5 * self.beam.length / self.contact.grid
-        inner, outer = half, half if place < self.beam.length else 0.0
-        return (inner, outer) if math.cos(self.initial.angle - side.angle) > 0.0 else (outer, inner)
-
-    @property
-    def touches_anywhere(self) -> bool:
-        """Whether the whole beam can touch, not its contact point alone; never without contact."""
-        return self.contact.where == "anywhere" and self.contact.enabled
-
-    @property
-    def taken_defaults(self) -> list[str]:
-        """Lines about keys that were not given although results depend on them: `contact.grid`."""
-        grid, is_given = self.contact.grid, "grid" in self.contact.model_fields_set
-        if is_given or not (self.touches_anywhere and self.sides):
-            return []
-        words = f"sides touch the beam at the ends of {grid} equal parts; 1: at its free end alone"
-        return [f"contact.grid = {grid} is not given: {words}"]
-
-    @property
-    def takes_contact_stiffness(self) -> bool:
-        """Whether the slope or an obstacle without a stiffness or a bedding of its own can be touched."""
-        if self.contact.where == "point" or self.slope.enabled:
-            return True
-        return any(not item.bedding and "stiffness" not in item.model_fields_set for item in self.obstacles)
-
-    @property
-    def holds_constraints(self) -> bool:
-        """Whether a contact is held without any flexibility, across its stop or, where it sticks, along it."""
-        c = self.contact
-        sticks = c.friction == "hybrid" and not c.axial_flexibility
-        return sticks or (c.normal == "rigid" and c.point_inertia == "kept")
-
-    @property
-    def fixed_places(self) -> set[float]:
-        """Places (m along the beam) behind its root where a mesh has a node in any case."""
-        return {self.contact.point, self.beam.length, *self.contact_nodes}
-
-    @property
-    def contact_nodes(self) -> tuple[float, ...]:
-        """Places (m along the beam) where the exact beam needs nodes besides contact.point: those on sides."""
-        if not self.is_absolute or not self.sides:
-            return ()
-        near = consistency.ON_NODE * self.beam.length
-        return tuple(x for x in self.beam_points if abs(x - self.contact.point) > near)
 
     # --- files
 
@@ -450,13 +208,6 @@ def _sections() -> dict[str, type[InputSection]]:
     """Return the sections of a scenario by their names."""
     found = {name: field.annotation for name, field in Scenario.model_fields.items()}
     return {name: a for name, a in found.items() if isinstance(a, type) and issubclass(a, InputSection)}
-
-
-def _contact_defaults(
-    where: str, beam: BeamSection, discretization: DiscretizationSection, **_: object
-) -> dict[str, float | int]:
-    """Return the values of the keys of contact that follow others: those at the tip, and all along the beam."""
-    return {"point": beam.length, "grid": discretization.contact_parts if where == "anywhere" else 1}
 
 
 def _drop_derived(data: dict[str, Any]) -> None:

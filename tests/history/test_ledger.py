@@ -10,8 +10,8 @@ import pytest
 from oblique_impact import Scenario, simulate, simulate_system
 from oblique_impact.beam.validity.integration import energy_warnings
 from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.log import Contact
 from oblique_impact.history.summary import MacroCollision, balance_text, macro_collisions
-from oblique_impact.marching.records import Contact
 from oblique_impact.validation.small_systems import Particle
 
 

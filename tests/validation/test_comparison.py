@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import History, InputError
+from oblique_impact.contact.log import Event
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
-from oblique_impact.marching.records import Event
 from oblique_impact.validation import compare
 from oblique_impact.validation.comparison import align
 from oblique_impact.validation.report import Table, readable

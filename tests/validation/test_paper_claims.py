@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 
 from oblique_impact import History, Scenario
+from oblique_impact.contact.log import Event
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import MacroCollision
-from oblique_impact.marching.records import Event
 from oblique_impact.validation.paper import command
 from oblique_impact.validation.paper.command import judge_claims
 from oblique_impact.validation.paper.measures import MODELS, Models, in_flight

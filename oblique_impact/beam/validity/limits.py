@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,12 +28,10 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.operators import Array, build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
+from oblique_impact.contact.log import Contact
 from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
-
-if TYPE_CHECKING:
-    from oblique_impact.marching.records import Contact
 
 #: a stop this many times as stiff as the beam, free to turn, is at its contact point is nearly rigid: for the
 #: paper's 3e7 N/m

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,15 +20,14 @@ from oblique_impact.beam.validity.limits import (
 from oblique_impact.beam.validity.passing import passing_warnings
 from oblique_impact.beam.validity.plausibility import implausible_values
 from oblique_impact.beam.validity.small_deflection import deflection_warnings
+from oblique_impact.contact.log import Contact
 from oblique_impact.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from oblique_impact.marching.records import Record
 
 
 def run_warnings(
     scenario: Scenario,
-    record: Record,
+    contacts: Sequence[Contact],
+    ambiguous: Sequence[float],
     variables: Mapping[str, Any],
     summary: Mapping[str, Any],
     beam: Beam | None = None,
@@ -39,8 +38,10 @@ def run_warnings(
     ----------
     scenario : Scenario
         What was simulated.
-    record : Record
-        Its contacts.
+    contacts : sequence of Contact
+        Those that were closed.
+    ambiguous : sequence of float
+        Times (s) at which the contact forces were one of several solutions.
     variables : mapping of str to ndarray
         The variables of its history.
     summary : mapping
@@ -50,7 +51,7 @@ def run_warnings(
     """
     of_model, without_limit = list[str](), unconverged_results(scenario)
     if beam is not None:
-        most = most_meetings(scenario, record.contacts, summary["macro_collisions"])
+        most = most_meetings(scenario, contacts, summary["macro_collisions"])
         of_impacts = impact_warnings(beam, most)
         if of_impacts:
             without_limit = ALL
@@ -65,7 +66,7 @@ def run_warnings(
     warnings = [
         *implausible_values(scenario),
         *passing_warnings(scenario, variables, summary["slope_ends"]),
-        *ambiguity_warnings(record.ambiguous),
+        *ambiguity_warnings(ambiguous),
         *of_model,
         *energy_warnings(summary["energy"], float(np.max(kinetic)), parts, scenario.solver.scheme),
     ]
