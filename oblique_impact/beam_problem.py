@@ -99,7 +99,7 @@ class Parts:
 
 def _requirement(name: str, s: Scenario) -> str:
     """Return the settings that a user-defined part needs, "" if the scenario has them."""
-    if s.is_absolute and name != "base_motion":
+    if s.is_absolute and name not in ("friction", "base_motion"):
         return 'discretization.method = "modal" or "fem"'
     if name == "contact_law" and s.contact.normal != "spring":
         return f'contact.normal = "spring" (it is "{s.contact.normal}"), in whose place it stands'

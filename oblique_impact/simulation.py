@@ -113,7 +113,7 @@ def compute_history(
 
         if initial_state is not None:
             raise InputError('initial_state: only with discretization.method = "modal" or "fem"')
-        history = simulate_exact(scenario, on_progress, motion=parts.base_motion)
+        history = simulate_exact(scenario, on_progress, parts=parts)
     else:
         beam = beam_of(scenario, parts)
         start = None if initial_state is None else begin_at(beam, initial_state)

@@ -102,7 +102,7 @@ def draw_contact_map(
     axes : matplotlib.axes.Axes
         Gets the whole beam as its ordinate (m), and time (ms) if nothing else is said.
     history : History
-        One with ``contact.where = "anywhere"``.
+        One of a beam.
     theme : Theme
         Colours.
     between : tuple of float, optional
@@ -112,8 +112,8 @@ def draw_contact_map(
 
     Raises InputError for a history of another kind.
     """
-    if history.scenario is None or not history.scenario.touches_anywhere:
-        raise InputError('history: should be that of a beam with contact.where = "anywhere"')
+    if history.scenario is None:
+        raise InputError("history: it is not one of a beam")
     pieces, length = contact_pieces(history), history.scenario.beam.length
     if between is None:
         ends = [*pieces.start, *pieces.end] or history["time"].values

@@ -307,7 +307,7 @@ def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:
     vectors = {"contact_force": geometry.pushes(k)}
     scalars = {name: geometry.value(f"contact_{name}", k) for name in ("gap", "slip_rate", "state")}
     scalars["obstacle"] = geometry.values("contact_obstacle")
-    if not geometry.scenario.touches_anywhere:  # what only the contact point has
+    if geometry.at_point:  # what only the contact point has
         normal, friction = geometry.contact_forces(k)
         velocity = geometry.value("tip_vx", k), geometry.value("tip_vy", k)
         of_point = {"velocity": velocity, "normal_force": normal, "friction_force": friction}

@@ -149,7 +149,7 @@ class Composer:
         sheet.rule((box[0], box[1]), end)
         geometry = story.geometries[0]
         touches = geometry.scenario.contact.enabled
-        title = "main contact" if geometry.scenario.touches_anywhere else geometry.outer_point
+        title = geometry.outer_point if geometry.at_point else "main contact"
         sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), [f"{title}, true scale", title], width)
         y += 1.6 * sheet.pixels(HEADING)
         if self.style.arrow and touches and not story.overlay:

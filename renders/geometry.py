@@ -141,9 +141,9 @@ class BeamGeometry:
     def _fitting_factor(self) -> float:
         """Return the round number that shows the largest deviation of the run from the chord.
 
-        Of a beam that touches anywhere it is 1: magnified, it would not touch what it touches.
+        Of a beam that touches elsewhere it is 1: magnified, it would not touch what it touches.
         """
-        if self.scenario.touches_anywhere:
+        if not self.at_point:
             return 1.0
         axes = np.stack([self.stations + self.values("ux"), self.values("uy")], axis=-1)
         largest = float(np.nanmax(np.linalg.norm(axes - self.chord(axes), axis=-1), initial=0.0))
@@ -230,6 +230,12 @@ class BeamGeometry:
 
     # Contact --------------------------------------------------------------------------------------------------
 
+    @property
+    def at_point(self) -> bool:
+        """Whether nothing of the beam can touch but the contact point, the outer end of the chord, the slope."""
+        place, *others = self._places
+        return place.obstacle == 0 and place.numbers[0] == self.scenario.contact.point and not others
+
     def contact_point(self, k: float) -> Array:
         """Return the inertial position (2,) of the contact point, on the axis or on the beam's face."""
         return np.array([self.value("tip_x", k), self.value("tip_y", k)])
@@ -302,9 +308,7 @@ class BeamGeometry:
     @cached_property
     def zoned(self) -> list[int]:
         """The obstacles that have a `Zone` where the beam touches them: none where a single point of it can."""
-        if not self.scenario.touches_anywhere:
-            return []
-        return sorted({place.obstacle for place in self._places})
+        return [] if self.at_point else sorted({place.obstacle for place in self._places})
 
     def zones(self, k: float) -> list[Zone]:
         """Return where the beam touches its `zoned` obstacles at sample k, by obstacle."""
@@ -343,18 +347,20 @@ class BeamGeometry:
 
         On a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility.
         """
-        drawn = float(self.value("contact_gap", k)[self.close_contact(k)])
-        return drawn if self.scenario.touches_anywhere else float(_between(self._gap, k)), drawn
+        gap, drawn = (
+            _between(gaps, k)[self.close_contact(k)] for gaps in (self._gaps, self.values("contact_gap"))
+        )
+        return float(gap), float(drawn)
 
     def close_values(self, name: str) -> Array:
         """Return the `gap` (m) or the `slip_rate` (m/s) of the `close_contact`, (samples,)."""
-        if name == "gap" and not self.scenario.touches_anywhere:
-            return self._gap
-        return np.take_along_axis(self.values(f"contact_{name}"), self._close_contacts[:, None], axis=1)[:, 0]
+        values = self._gaps if name == "gap" else self.values(f"contact_{name}")
+        return np.take_along_axis(values, self._close_contacts[:, None], axis=1)[:, 0]
 
     @cached_property
-    def _gap(self) -> Array:
-        return contact_gap(self.history)
+    def _gaps(self) -> Array:
+        """Gaps (m) of the contacts, (samples, contacts), that of a single one as `contact_gap` has it."""
+        return contact_gap(self.history)[:, None] if len(self._places) == 1 else self.values("contact_gap")
 
     # Axis -----------------------------------------------------------------------------------------------------
 

@@ -47,7 +47,7 @@ def overview(story: Story) -> Figure:
     runs = panels.runs_of(story)
     first, theme = runs.histories[0], runs.theme
     touching = any(history.contacts for history in runs.histories)
-    mapped = first.scenario is not None and first.scenario.touches_anywhere and bool(first.contacts)
+    mapped = bool(story.geometries[0].zoned and first.contacts)
     kinds = [[(event.kind, event.state) for event in history.events] for history in runs.histories]
     whole = panels.clock(0.0, max(float(history["time"][-1]) for history in runs.histories))
     collision = panels.first_collision(runs)

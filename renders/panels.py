@@ -102,8 +102,8 @@ def contact_forces(runs: Runs) -> Curves:
     if len(normal) > 1:
         return _each_run(runs, "normal force", "N", normal)
     (history,), colour = runs.histories, runs.theme.arrow
-    anywhere = history.scenario is not None and history.scenario.touches_anywhere
-    of_all, time = ", of all contacts" if anywhere else "", history["time"].values
+    of_all = ", of all contacts" if history.data.sizes["contact"] > 1 else ""
+    time = history["time"].values
     tangential = np.nan_to_num(history["lambda_tau"].values)
     curves = [
         Curve(time, normal[0], colour, f"normal{of_all}"),

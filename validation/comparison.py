@@ -307,8 +307,8 @@ def _on_common_clock(times: Pair, pairs: pd.DataFrame, length: float) -> Pair:
 
 
 def _names(history: History) -> list[str]:
-    """Return the names of variables; those over time alone tell all of a single contact point."""
-    if history.scenario is not None and history.scenario.touches_anywhere:
+    """Return the names of variables; those over time alone tell all of a single contact."""
+    if history.data.sizes.get("contact", 1) > 1:
         return list(map(str, history.data))
     kept = history.data.drop_dims("contact", errors="ignore").drop_vars("clearance_obstacle", errors="ignore")
     return list(map(str, kept))

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import KroghInterpolator
 
-from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
+from oblique_impact.beam_problem import Parts
 from oblique_impact.contact.state import State
 from oblique_impact.fem_beam.exact.averages import Averages, MeanForces
 from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
@@ -41,18 +41,18 @@ def simulate(
     scenario: Scenario,
     on_progress: Callable[[Status], None] | None = None,
     sections: ElasticSections | None = None,
-    motion: BaseMotion | None = None,
+    parts: Parts = Parts(),
 ) -> History:
     """Run a scenario with the beam in absolute coordinates and return its history, whatever the outcome.
 
     Coordinates `q` are places (m) and rotation (rad) of the nodes, [x, y, phi] node by node from the root; all
     other variables mean what they mean for every method: `theta` is the rotation of the first section in the
-    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections` and the
-    `motion` of a driven root replace those of the scenario.
+    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections`, and
+    friction and base motion of `parts`, replace those of the scenario.
     """
     # overflow in a step is handled: the iterations do not converge
     with np.errstate(all="ignore"), clock() as marching:
-        run = Run(exact_problem(scenario, sections, motion), on_progress)
+        run = Run(exact_problem(scenario, sections, parts), on_progress)
         run.execute()
         return _Frame(run).history(marching.seconds)
 
@@ -118,7 +118,7 @@ class _Frame:
             for q, v in zip(self.q, self.v, strict=True)
         ]
         self.forces = self._kept_forces(run)
-        self.samples = self._with_stick(samples)
+        self.samples = self._with_stick(samples, run.machines.friction.static or 0.0)
         self.sections = Sections.from_scenario(s)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
@@ -139,13 +139,13 @@ class _Frame:
             found.append(forces)
         return found
 
-    def _with_stick(self, samples: Samples) -> Samples:
-        """Give sticking contacts the forces of the steps around a sample.
+    def _with_stick(self, samples: Samples, static: float) -> Samples:
+        """Give sticking contacts the forces of the steps around a sample, in the cone of the `static` coefficient.
 
         Stick ends where the mean of a step is at the edge of the cone: at its end it would be beyond.
         """
         contacts, scalars = samples.contacts.copy(), samples.scalars.copy()
-        edge = self.scenario.contact.mu_static * contacts[:, :, LAMBDA_N]
+        edge = static * contacts[:, :, LAMBDA_N]
         reactions = np.array([forces.reactions for forces in self.forces])
         held = np.clip(reactions, -edge, edge)
         contacts[:, :, LAMBDA_T] = np.where(samples.each == State.STICK, held, contacts[:, :, LAMBDA_T])

@@ -70,7 +70,7 @@ class ExactStepper:
         self._closed = {
             i: ClosedContact(self._touchings[i], sticks=True)
             if state.state == STICKING
-            else ClosedContact(self._touchings[i], friction=state.intercept)
+            else ClosedContact(self._touchings[i], state.intercept, state.slope)
             for i, state in enumerate(self._states)
             if state.state != FREE
         }
@@ -197,7 +197,8 @@ class ExactStepper:
         extra[:] = 0.0
         for i, contact in self._closed.items():
             force = contact.touching.force(places[i])
-            extra[self.system.beam.size + 2 * i :][:2] = force, contact.friction * force
+            friction = contact.friction(places[i].slip_rate)
+            extra[self.system.beam.size + 2 * i :][:2] = force, friction * force
 
     # --- guards
 
@@ -237,10 +238,12 @@ class ExactStepper:
         """Return the guard that fell, where slip or stick ends with what follows.
 
         A contact without slip sticks if the force that would hold it for a step lies in the cone; if not, it slips
-        against this force.
+        against this force.  At other kinks of its law slip goes on, and a law without stick slips always.
         """
-        state = self._states[i].state
-        if state == FREE or which not in (LOWER, UPPER):
+        contact = self._states[i]
+        slides, kink = contact.state == SLIDING, contact.upper if which == UPPER else contact.lower
+        passes = slides and (kink != 0.0 or contact.static < 0.0)
+        if contact.state == FREE or which not in (LOWER, UPPER) or passes:
             return GUARDS * i + which
         # where forces turn within a step, what follows contradicts it at once: then a part of the step decides
         length = min(self._scenario.solver.contact_step, self._scenario.solver.free_step)
@@ -249,9 +252,12 @@ class ExactStepper:
         trial = self._step(length, self._closed | {i: holding})
         after, reaction = holding.touching.place(trial.stage), float(trial.keeping[i])
         force, _ = holding.normal_force(*_ends(self._places[i], after), length)
-        if state == SLIDING and abs(reaction) <= self._states[i].static * force:
+        if slides and abs(reaction) <= contact.static * force:
             return GUARDS * len(self._states) + i
-        return GUARDS * i + (UPPER if reaction < 0.0 else LOWER)
+        which = UPPER if reaction < 0.0 else LOWER
+        if slides:  # from zero slip, also where it goes on in its direction
+            self._contacts.take(i, contact.changed(**{"upper" if which == UPPER else "lower": 0.0}))
+        return GUARDS * i + which
 
 
 def _at(state: Candidate, place: Place) -> Candidate:

@@ -115,12 +115,17 @@ def advance(
 
 
 class _Pushed:
-    """A contact in an iteration: its rows (3 n,) of gap and slip, its load (3 n,) and direction (3 n,)."""
+    """A contact in an iteration: its rows (3 n,) of gap and slip, its load (3 n,) and direction (3 n,).
+
+    `rate` (N/m) and `drag` (N/m) are the changes of normal force and friction by the last gap and by the slide.
+    """
 
     def __init__(self, contact: ClosedContact, q0: Array, q1: Array, length: float) -> None:
         gaps, slips, self.normal, self.tangential = contact.touching.rows(q0, q1)
         force, self.rate = contact.normal_force(gaps, slips, length)
-        self.direction = self.normal + contact.friction * self.tangential if contact.friction else self.normal
+        friction = contact.friction(float(self.tangential @ (q1 - q0)) / length)
+        self.direction = self.normal + friction * self.tangential if friction else self.normal
+        self.drag = force * contact.slope / length
         self.load = force * self.direction + contact.end_push(gaps, slips) * self.tangential
         self.sticks = contact.sticks
 
@@ -130,27 +135,30 @@ def _solve_with_contacts(
 ) -> tuple[Array, Array, Array]:
     """Return one increment (3 n,), and forces (contacts,) that keep sticking points where they are, or at `drift`.
 
-    Besides, the changes of the springs' forces and these forces are unknown.  A place that slides along the beam
-    couples elements that no band holds; so each of them has its response, and they follow from equations of their
-    own.  Mean rows stand in for derivatives by the end of the step: they differ by what the beam turns in it.
+    Besides, these forces and the changes of normal forces and friction are unknown.  A place that slides along the
+    beam couples elements that no band holds; so each of them has its response, and they follow from equations of
+    their own.  Mean rows stand in for derivatives by the end of a step: they differ by what the beam turns in it.
     """
     sticking = [i for i, contact in enumerate(pushed) if contact.sticks]
-    held_by, m = np.zeros((len(pushed), 2)), len(pushed)
-    if m == 0:
+    held_by = np.zeros((len(pushed), 2))
+    if not pushed:
         return solve(band, right, count), held_by[:, 0], held_by[:, 1]
     held = [pushed[i].tangential for i in sticking]
-    columns = [right, *(contact.direction for contact in pushed), *held]
+    # normal forces and friction: direction of each, and the row that times the change (3 n,) is its change
+    forces = [(contact.direction, contact.rate * contact.normal) for contact in pushed]
+    forces += [(contact.tangential, contact.drag * contact.tangential) for contact in pushed if contact.drag]
+    m, columns = len(forces), [right, *(direction for direction, _ in forces), *held]
     free, *responses = solve(band, np.stack(columns, axis=1), count).T
-    # spring: a - rate (gap's row) . change = 0;  stick: (slip's row) . (move + change) = 0
-    rows = np.array([*(contact.rate * contact.normal for contact in pushed), *held])
+    # force: a - (its row) . change = 0;  stick: (slip's row) . (move + change) = 0
+    rows = np.array([*(row for _, row in forces), *held])
     right, matrix = np.stack(2 * [rows @ free], axis=1), -rows @ np.stack(responses, axis=1)
     right[m:] += rows[m:] @ np.stack([move, move - drift], axis=1)
     matrix[range(m), range(m)] += 1.0
     scale = np.abs(np.diag(matrix))
     # points that hold the same place share its force
-    forces = np.linalg.lstsq(matrix / scale[:, None], right / scale[:, None], rcond=_REDUNDANT)[0]
-    held_by[sticking] = forces[m:]
-    return free + forces[:, 0] @ np.array(responses), held_by[:, 0], held_by[:, 1]
+    found = np.linalg.lstsq(matrix / scale[:, None], right / scale[:, None], rcond=_REDUNDANT)[0]
+    held_by[sticking] = found[m:]
+    return free + found[:, 0] @ np.array(responses), held_by[:, 0], held_by[:, 1]
 
 
 def equilibrium(beam: ExactBeam, q: Array, load: Array, held: int) -> Array:

@@ -271,16 +271,22 @@ class PointOnBeam(Touching):
 
 @dataclass(frozen=True)
 class ClosedContact:
-    """A closed contact within a step: spring, and friction against the slip, or none because the point sticks.
+    """A closed contact within a step: spring and friction, the latter none where the point sticks.
 
+    Friction is (intercept + slope v) times the normal force at the mean slip velocity v of the material.
     The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With means of
     both ends of a step its force k d at the mean depth d, and Dk/Ds d^2/2 against the slide, do work that is the
     change of the energy k d^2/2 exactly (a discrete gradient).
     """
 
     touching: Touching
-    friction: float = 0.0  # lambda_tau/lambda_n, against the slip
+    intercept: float = 0.0
+    slope: float = 0.0  # s/m
     sticks: bool = False
+
+    def friction(self, slip_rate: float) -> float:
+        """Return lambda_tau/lambda_n at a slip velocity (m/s)."""
+        return self.intercept + self.slope * slip_rate
 
     def normal_force(self, gaps: Pair, slips: Pair, length: float) -> tuple[float, float]:
         """Mean normal force (N) of a step between gaps and slips (m), and its derivative by the last gap (N/m)."""
@@ -306,11 +312,11 @@ class ClosedContact:
         rows = self.touching.rows(q0, q1)
         gaps, slips = rows.gaps, rows.slips
         force, _ = self.normal_force(gaps, slips, length)
-        tangential = reaction if self.sticks else self.friction * force
-        friction = -tangential * float(rows.tangential @ (q1 - q0))
+        slid = float(rows.tangential @ (q1 - q0))
+        tangential = reaction if self.sticks else self.friction(slid / length) * force
         elastic = -0.5 * self._stiffness(slips) * (gaps[0] + gaps[1])
         stop = (force - elastic) * (gaps[0] - gaps[1])
-        return force * length, tangential * length, friction, stop
+        return force * length, tangential * length, -tangential * slid, stop
 
     def _stiffness(self, slips: Pair) -> float:
         """Mean stiffness (N/m) of a step between two slips (m)."""

@@ -196,8 +196,6 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
             "contact.normal",
             f'{exact} meets an elastic stop only: contact.normal = "spring", as stiff as need be',
         )
-    if s.contact.friction == "modified-coulomb":
-        yield "contact.friction", f'{exact} takes "frictionless" or "hybrid"'
     if not s.contact.shortening:
         yield "contact.shortening", f"{exact} has no contact point without its shortening; leave this key out"
     for name in ("mass_proportional", "modal_damping_ratio"):

@@ -203,14 +203,11 @@ def _zones(geometry: BeamGeometry, samples: Integers) -> Array:
 
 
 def _places(geometry: BeamGeometry, samples: Integers) -> tuple[Array, Array]:
-    """Return where the contacts are on the axis, or where the equations have them, and on the beam's face.
-
-    Each is of shape (frames, contacts, 2).
-    """
+    """Return where the contacts are on the axis and on the beam's face, each (frames, contacts, 2)."""
     faces = np.array([geometry.contact_places(k) for k in samples])
-    if not geometry.scenario.touches_anywhere:
-        return geometry.stations_at(samples)[:, None, geometry.touch], faces
-    return np.stack([geometry.value(f"contact_{axis}", samples) for axis in "xy"], axis=2), faces
+    frames = zip(geometry.stations_at(samples), geometry.value("contact_place", samples), strict=True)
+    on_axis = [[np.interp(places, geometry.stations, along) for along in axis.T] for axis, places in frames]
+    return np.swapaxes(on_axis, 1, 2), faces
 
 
 def _colours(geometry: BeamGeometry, samples: Integers, scales: dict[str, ColourScale]) -> dict[str, NDArray[Any]]:
@@ -257,10 +254,10 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
         found["tangential velocity"] = each(geometry.close_values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
         # of a single run the chart of the forces tells them
         told = {curve.label for chart in charts for curve in chart.curves}
+        several = geometry.history.data.sizes["contact"] > 1
         for name, values in (("normal", normal), ("tangential", tangential)):
-            of_all = geometry.scenario.touches_anywhere
-            if f"{name}{', of all contacts' if of_all else ''}" not in told:
-                found[f"{name} force{' of all' if of_all else ''}"] = each(
+            if f"{name}{', of all contacts' if several else ''}" not in told:
+                found[f"{name} force{' of all' if several else ''}"] = each(
                     values, lambda v: f"{significant(v, 4)} N"
                 )
     return found

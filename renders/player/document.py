@@ -65,7 +65,7 @@ def write_player(story: Story, out: Path) -> Path:
         factor=f"{story.factor:g}",
         time_label=film_clock(story.time_map, 1.0).label,
         at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
-        anywhere=story.geometries[0].scenario.touches_anywhere,
+        at_point=story.geometries[0].at_point,
         scripts=Markup("\n").join(Markup(_source(f"{name}.js")) for name in SCRIPTS),
         css=Markup(_source("player.css")),
         # so that nothing can end the element it stands in

@@ -54,7 +54,7 @@ def page_charts(story: Story) -> list[PageChart]:
     story = replace(story, style=replace(story.style, theme="light"))
     geometry, runs = story.geometries[0], panels.runs_of(story)
     charts = [_chart(story, "force", panels.forces(runs)), _chart(story, "energy", panels.energy(runs))]
-    if geometry.scenario.touches_anywhere and geometry.history.contacts:
+    if geometry.zoned and geometry.history.contacts:
         charts.append(_places(story))
     return charts
 

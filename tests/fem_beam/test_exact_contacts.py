@@ -98,11 +98,12 @@ def test_one_contact_of_several_is_that_of_one_point():
     [
         ("contact.mu_static=0.6", "contact.mu_kinetic=0.2"),
         ("contact.surface=section", "contact.mu_static=1", "contact.mu_kinetic=1"),
+        ("contact.friction=modified-coulomb", "contact.regularization=[0.02, 0.2]"),
         ("contact.friction=frictionless", "contact.damping=0.1"),
         ("root.kind=driven", "root.profile=constant-speed", "root.spin_rate=-1", "root.hub_radius=0.02"),
         ("root.kind=hub", "root.inertia=0.01", "root.torque=-1", "beam.kelvin_voigt=1e-5"),
     ],
-    ids=["friction", "face", "damped stop", "driven", "hub"],
+    ids=["friction", "face", "smoothed friction", "damped stop", "driven", "hub"],
 )
 def test_the_energy_of_several_contacts_is_accounted_for(keys):
     depth = 0.01 if "contact.surface=section" in keys else 0.0

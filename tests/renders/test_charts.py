@@ -12,7 +12,7 @@ from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.renders import campbell, panels
 from oblique_impact.renders.charts import Chart
-from oblique_impact.renders.contact_map import contact_pieces
+from oblique_impact.renders.contact_map import contact_pieces, draw_contact_map
 from oblique_impact.renders.overview import overview
 from oblique_impact.renders.panels import Curve, Curves, Runs
 from oblique_impact.renders.player.content import content_of
@@ -254,6 +254,15 @@ def test_pieces_of_contacts_have_place_force_and_state_of_every_sample(run, case
             # it has no sample, but its impulse is known
             impulse = pieces.force[own] * (contact.end - contact.start)
             assert impulse == pytest.approx([contact.normal_impulse])
+
+
+def test_a_map_of_one_contact_point_is_one_row(run):
+    history = run("paper")
+    assert set(contact_pieces(history).place) == {1.0}
+    axes = Figure().subplots()
+    draw_contact_map(axes, history)
+    drawn = np.concatenate([patch.get_path().vertices for patch in axes.patches])
+    assert {round(y, 12) for y in drawn[:, 1]} == {1.0 - 1 / 64, 1.0 + 1 / 64}
 
 
 def test_overview_and_page_have_a_map_of_contacts_where_several_places_can_touch(run):

@@ -94,7 +94,6 @@ REFUSED = [
     ("discretization.kinetics", f"{NODAL} discretization.kinetics=full", 'is "first-order"'),
     ("beam.modal_damping_ratio", f"{NODAL} beam.modal_damping_ratio=0.1", "no modes to damp"),
     ("contact.normal", "discretization.method=absolute", "meets an elastic stop only"),
-    ("contact.friction", f"{ABSOLUTE} contact.friction=modified-coulomb", '"frictionless" or "hybrid"'),
     ("contact.shortening", f"{ABSOLUTE} contact.shortening=false", "leave this key out"),
     ("beam.mass_proportional", f"{ABSOLUTE} beam.mass_proportional=0.1", "use beam.kelvin_voigt"),
     ("beam.modal_damping_ratio", f"{ABSOLUTE} beam.modal_damping_ratio=0.1", "use beam.kelvin_voigt"),

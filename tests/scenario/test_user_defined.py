@@ -114,6 +114,17 @@ def test_a_friction_law_is_the_modified_coulomb_law_that_it_repeats():
     assert own.summary["energy"]["lost_friction"] == pytest.approx(built_in.summary["energy"]["lost_friction"])
 
 
+def test_the_exact_beam_takes_a_friction_law():
+    steps = {"solver__free_step": 2e-5, "solver__contact_step": 2e-5, "end_time": 2e-3}
+    near = {"initial__angle": 0.2214, "initial__angular_velocity": -3.786, "discretization__elements": 4}
+    base = PAPER.replace(**ABSOLUTE, **near, **steps)
+    built_in = simulate(base.replace(contact__friction="modified-coulomb"))
+    own = simulate(base, friction=FrictionCurve(((0.0, 0.0), (1e-3, 0.0), (1e-2, 0.3))))
+    assert built_in.summary["energy"]["lost_friction"] > 0.0
+    assert_allclose(own["q"], built_in["q"], rtol=0, atol=1e-12)
+    assert "FrictionCurve" in own.summary["provenance"]["user_defined"]["friction"]
+
+
 def test_an_impact_law_is_the_one_that_it_repeats():
     built_in = simulate(PAPER.replace(contact__restitution=0.5))
     assert_allclose(times(simulate(PAPER, impact_law=Newton())), times(built_in), rtol=0, atol=0)
@@ -223,7 +234,7 @@ REFUSED = {
     "nodal": ({"scheme": STEPS}, NODAL, "scheme: only with discretization.modes >= 1"),
     "scheme of several": ({"scheme": STEPS}, ANYWHERE, 'scheme: only with contact.where = "point"'),
     "impacts of several": ({"impact_law": Newton()}, ANYWHERE, 'impact_law: only with contact.where = "point"'),
-    "exact": ({"friction": Gaping()}, ABSOLUTE, 'friction: only with discretization.method = "modal" or "fem"'),
+    "exact": ({"contact_law": PowerLaw()}, ABSOLUTE, 'contact_law: only with discretization.method = "modal" or'),
     "not compiled": ({"contact_law": Uncompiled()}, SPRING, "Uncompiled.normal_force: cannot be compiled"),
     "pulls": ({"contact_law": Pulling()}, SPRING, "Pulling: the force at rest at a depth of"),
     "inconsistent": ({"base_motion": Inconsistent()}, TURNED, "the acceleration is not the"),

@@ -288,8 +288,6 @@ def _energy_after(history: History) -> float:
 
 def _nearest_place(history: History) -> float:
     """Return the least place along the beam (m) that touches in the first macro-collision."""
-    if history.scenario is None or history.scenario.contact.where != "anywhere":
-        raise GapError('only with contact.where = "anywhere"')
     end = _collision(history)["end"]
     return min(contact.first_place for contact in history.contacts if contact.start <= end)
 

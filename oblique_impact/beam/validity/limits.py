@@ -187,19 +187,17 @@ class _Peak(NamedTuple):
 def _largest_force(s: Scenario, variables: Mapping[str, Array]) -> _Peak:
     """Return the largest contact force of a run."""
     key = "contact.stiffness" if s.contact.normal == "spring" else "contact.normal"
-    if not s.touches_anywhere:
-        force, depths = np.nan_to_num(variables["lambda_n"]), np.nan_to_num(variables["depth"])
-        k = int(np.argmax(force))
-        return _Peak(float(force[k]), float(depths[k]), s.contact.point, key, "of the contact point")
     forces = np.nan_to_num(variables["contact_lambda_n"])
     k, i = (int(at) for at in np.unravel_index(np.argmax(forces), forces.shape))
-    obstacle, depth = int(variables["contact_obstacle"][i]), -float(variables["contact_gap"][k, i])
+    obstacle = int(variables["contact_obstacle"][i])
+    # the variable `depth` is that of the stop alone, but of the deepest of all
+    depth = min(float(np.nan_to_num(variables["depth"][k])), -float(variables["contact_gap"][k, i]))
     place = float(np.clip(variables["contact_place"][k, i], 0.0, s.beam.length))
     if obstacle:
         key = f"obstacles.{obstacle}.{'bedding' if s.obstacles[obstacle - 1].bedding else 'stiffness'}"
-    if s.contact.normal == "rigid":
-        depth = 0.0
-    return _Peak(float(forces[k, i]), depth, place, key, f"at x = {place:.3g} m")
+    alone = forces.shape[1] == 1 and place == s.contact.point
+    where = "of the contact point" if alone else f"at x = {place:.3g} m"
+    return _Peak(float(forces[k, i]), depth, place, key, where)
 
 
 def light_damping(s: Scenario) -> float:
