@@ -63,10 +63,10 @@ class SteppedRun(Run):
         super().__init__(problem, on_progress)
         assert isinstance(problem.scheme, TimeSteppingScheme)
         n, size = len(self.contacts.each), problem.q0.size
-        rubs, self._massless = problem.scheme.mu_static > 0.0, problem.scheme.massless
-        found = self.candidates.flexibility if rubs or self._massless else None
+        friction, self._massless = self.machines.friction, problem.scheme.massless
+        found = self.candidates.flexibility if friction.rubs or self._massless else None
         flexibility = (found or Flexibility.none()).at_rest()
-        self._steps = StepBuffers.new(n, size, rubs, flexibility)
+        self._steps = StepBuffers.new(n, size, friction, flexibility)
         self.prepared = Prepared(problem.system, self.contacts, self._scratch, self._steps)
         self._began: dict[int, tuple[int, Array]] = {}  # event with which a contact has closed, and its log
         self._unlogged = deque[Array]()  # changes of the last call

@@ -188,8 +188,6 @@ def _of_time_stepping(s: Scenario) -> Iterator[tuple[str, str]]:
         yield "solver.scheme", '"time-stepping" is for contact.where = "anywhere"; others march one point or none'
     if s.contact.normal != "rigid":
         yield "contact.normal", f'should be "rigid" {where}; other schemes take elastic obstacles'
-    if s.contact.friction == "modified-coulomb":
-        yield "contact.friction", f'should be "frictionless" or "hybrid" {where}'
     if s.root.kind == "driven":
         yield "root.kind", f'should be "pin" or "hub" {where}'
 
