@@ -117,8 +117,6 @@ def _requirement(name: str, s: Scenario) -> str:
         return "contact.axial_flexibility = false, which knows Coulomb's friction, plain stops and Newton's impact"
     if name == "scheme" and s.contact.axial_flexibility and s.contact.normal == "rigid":
         return 'contact.normal = "spring" with contact.axial_flexibility: the built-in scheme takes a rigid stop'
-    if name == "friction" and s.solver.scheme == "time-stepping":
-        return 'another solver.scheme: "time-stepping" has contact.mu_static and contact.mu_kinetic'
     if name in ("scheme", "discretization") and s.is_nodal:
         return "discretization.modes >= 1"
     return ""
@@ -190,10 +188,11 @@ def decision_about(
         )
         for i, place in enumerate(places)
     ]
+    friction = parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization)
     return Decision(
         pairs,
-        parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-        parts.impact_law or _impact_law(scenario),
+        friction,
+        parts.impact_law or _impact_law(scenario, friction),
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.stick_criterion,
@@ -217,16 +216,12 @@ def scheme_of(scenario: Scenario) -> Scheme:
             v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, tolerance
         )
     if v.scheme == "time-stepping":
-        c, near = scenario.contact, NEAR * scenario.beam.length
-        rubs = c.friction != "frictionless" and c.mu_kinetic > 0.0
-        mu = (c.mu_static, c.mu_kinetic) if rubs else (0.0, 0.0)
         return TimeSteppingScheme(
             v.free_step,
             min(v.contact_step, v.free_step),
-            near,
+            NEAR * scenario.beam.length,
             ITERATIONS * v.tolerance,
-            *mu,
-            massless=c.point_inertia == "none",
+            massless=scenario.contact.point_inertia == "none",
         )
     return EventScheme(v.tolerance)
 
@@ -246,12 +241,10 @@ def contact_law_of(
     return None
 
 
-def _impact_law(scenario: Scenario) -> ImpactLaw:
+def _impact_law(scenario: Scenario, friction: FrictionLaw) -> ImpactLaw:
     """Return the built-in impact law of a scenario."""
     c = scenario.contact
-    if c.impact == "newton":
-        return NewtonImpact(c.restitution)
-    return RouthImpact(0.0 if c.friction == "frictionless" else c.mu_kinetic, c.restitution)
+    return NewtonImpact(c.restitution) if c.impact == "newton" else RouthImpact(friction, c.restitution)
 
 
 def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[Tolerances, Array]:

@@ -118,7 +118,7 @@ class _Frame:
             for q, v in zip(self.q, self.v, strict=True)
         ]
         self.forces = self._kept_forces(run)
-        self.samples = self._with_stick(samples, run.machines.friction.static or 0.0)
+        self.samples = self._with_stick(samples, run.decision.friction.static or 0.0)
         self.sections = Sections.from_scenario(s)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}

@@ -1,20 +1,25 @@
 """Friction laws, one class per set-valued law.
 
 Between its kinks every law here is a straight line, lambda_tau = (intercept + slope v) lambda_n over an
-interval of slip velocity v: a :class:`Branch`.  The marching source knows branches only, so a new law
-is a new class here and nothing else.
+interval of slip velocity v: a :class:`Branch`.  The marching source knows branches only, one at a time or all of
+them (:func:`branch_table`), so a new law is a new class here and nothing else.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf, isfinite
 from typing import NamedTuple
 
+import numpy as np
+
 from oblique_impact.errors import InputError
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.workspace import Array
 
 _MAX_BRANCHES = 10_000
 _FAR = 10.0  # m/s beyond the last kink: the speed at which its last branch is checked
@@ -46,17 +51,21 @@ class FrictionLaw(ABC):
             if self.static is not None and abs(start.intercept) > self.static * (1.0 + 1e-12):
                 words = f"static = {self.static:g}, should be at least the {abs(start.intercept):g} of slow slip"
                 raise InputError(f"{type(self).__name__}: {words}")
-            self._check_side(start, direction)
+            for branch in self.outwards(direction):
+                inner, outer = (branch.lower, branch.upper)[::direction]
+                near = inner if isfinite(inner) else 0.0
+                for v in (near, outer if isfinite(outer) else near + direction * _FAR):
+                    if v * (branch.intercept + branch.slope * v) > 1e-9 * abs(v * branch.intercept):
+                        raise InputError(f"{type(self).__name__}: pushes along the slip at {v:g} m/s")
 
-    def _check_side(self, branch: Branch, direction: int) -> None:
+    def outwards(self, direction: int) -> Iterator[Branch]:
+        """Yield the branches from zero slip on in a direction; raises InputError if they do not fit together."""
+        branch = self.branch(0.0, direction)
         for _ in range(_MAX_BRANCHES):
             inner, outer = (branch.lower, branch.upper)[::direction]
             if not branch.lower < branch.upper:
                 raise InputError(f"{type(self).__name__}: the branch at {inner:g} m/s is empty")
-            near = inner if isfinite(inner) else 0.0
-            for v in (near, outer if isfinite(outer) else near + direction * _FAR):
-                if v * (branch.intercept + branch.slope * v) > 1e-9 * abs(v * branch.intercept):
-                    raise InputError(f"{type(self).__name__}: pushes along the slip at {v:g} m/s")
+            yield branch
             if not isfinite(outer):
                 return
             branch = self.branch(outer, direction)
@@ -64,9 +73,29 @@ class FrictionLaw(ABC):
                 raise InputError(f"{type(self).__name__}: no branch begins at {outer:g} m/s, where another ends")
         raise InputError(f"{type(self).__name__}: has more than {_MAX_BRANCHES} branches")
 
+    @property
+    def rubs(self) -> bool:
+        """Whether there is any force in slip."""
+        return bool(np.any(branch_table(self)[:, 1:]))
+
     @abstractmethod
     def branch(self, slip_rate: float, direction: int) -> Branch:
         """Return the branch at `slip_rate` (m/s); on a kink the one on the side of `direction` (+1, -1)."""
+
+
+def branch_table(law: FrictionLaw) -> Array:
+    """Return upper end (m/s), intercept and slope of all branches of a law, (k, 3), in ascending order."""
+    branches = [*reversed([*law.outwards(-1)]), *law.outwards(1)]
+    return np.array([[branch.upper, branch.intercept, branch.slope] for branch in branches])
+
+
+@jitable
+def coefficient_at(table: Array, slip_rate: float) -> float:
+    """Coefficient |lambda_tau| / lambda_n at a slip velocity (m/s), by the branches of a law."""
+    row = 0
+    while slip_rate > table[row, 0]:
+        row += 1
+    return float(abs(table[row, 1] + table[row, 2] * slip_rate))
 
 
 @dataclass(frozen=True)

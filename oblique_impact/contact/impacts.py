@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import inf
+from math import expm1, inf, log, log1p
 from typing import NamedTuple
-
-import numpy as np
 
 from oblique_impact.contact.complementarity import plastic_impulses
 from oblique_impact.contact.forces import SINGULAR
+from oblique_impact.contact.friction import Branch, Coulomb, FrictionLaw
 from oblique_impact.contact.state import Candidate
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
+
+_HALVINGS = 100  # to rounding
+_LARGEST = 700.0  # whose exponential is a number
+_SERIES = 1e-3  # of a smaller number the next term of the series is rounding
 
 
 class Impulse(NamedTuple):
@@ -40,18 +43,20 @@ def newton_impulse(instant: Candidate, restitution: float) -> Impulse:
     return impulse_of(instant, -(1.0 + restitution) * instant.gap_rate / instant.a_nn, 0.0)
 
 
-def routh_impulse(instant: Candidate, restitution: float, friction: float) -> Impulse:
+def routh_impulse(instant: Candidate, restitution: float, friction: FrictionLaw | float) -> Impulse:
     """Impulse of a frictional impact by Routh's method with Poisson's restitution.
 
-    The normal impulse P grows; the contact slides with dP_tau = -mu s dP until Z_tau' vanishes, then
-    sticks if the cone allows (|A_nt| <= mu A_tt) and slides on or back otherwise.  Compression ends at Z_n' = 0;
-    restitution adds e times its impulse (Routh 1905; Wang and Mason, J. Appl. Mech. 59, 1992).
+    The normal impulse P grows; the contact slides with dP_tau = (intercept + slope Z_tau') dP, on the branches of
+    the friction law that its slip velocity comes through, until that vanishes, then sticks if the cone allows
+    (|A_nt| <= static A_tt) and slides on or back otherwise.  Compression ends at Z_n' = 0; restitution adds e
+    times its impulse (Routh 1905; Wang and Mason, J. Appl. Mech. 59, 1992).  A number is a constant coefficient.
 
     Raises ValueError where compression never ends (a jam: the sliding contact gains normal speed).
     """
-    path = _FrictionalImpact(instant, friction)
-    compression = path.advance_to_end_of_compression()
-    path.advance(restitution * compression)
+    law = friction if isinstance(friction, FrictionLaw) else Coulomb(friction, friction)
+    path = _FrictionalImpact(instant, law)
+    path.advance(inf)
+    path.advance(restitution * path.normal)
     return impulse_of(instant, path.normal, path.tangential)
 
 
@@ -92,10 +97,22 @@ class NewtonImpact(ImpactLaw):
 
 @dataclass(frozen=True)
 class RouthImpact(ImpactLaw):
-    """Frictional impact after Routh with Poisson's restitution; raises RunEnded where it jams."""
+    """Frictional impact after Routh with Poisson's restitution; raises RunEnded where it jams.
 
-    friction: float
+    Attributes
+    ----------
+    friction : FrictionLaw or float
+        The law at the slip velocities during the impact, or a constant coefficient.
+    restitution : float
+        Poisson's coefficient.
+    """
+
+    friction: FrictionLaw | float
     restitution: float = 0.0
+
+    def check(self, end_time: float) -> None:  # noqa: D102
+        if isinstance(self.friction, FrictionLaw):
+            self.friction.check(end_time)
 
     def impulse(self, instant: Candidate, restitution: float) -> Impulse:  # noqa: D102
         try:
@@ -105,63 +122,93 @@ class RouthImpact(ImpactLaw):
 
 
 class _FrictionalImpact:
-    """State of a frictional impact as a function of the normal impulse."""
+    """State of a frictional impact as a function of the normal impulse P.
 
-    def __init__(self, instant: Candidate, friction: float) -> None:
+    On a branch of the law dv/dP = A_nt + (intercept + slope v) A_tt is linear in the slip velocity v, which
+    changes by (exp(k P) - 1)/k of its growth, k = slope A_tt.  It never turns, so that each branch is met once.
+    """
+
+    def __init__(self, instant: Candidate, friction: FrictionLaw) -> None:
         self._instant, self._friction = instant, friction
         self.normal = self.tangential = 0.0
         self._gap_rate, self._slip_rate = instant.gap_rate, instant.slip_rate
-        self._ratio = self._ratio_at(self._slip_rate)
 
-    def _ratio_at(self, slip_rate: float) -> float:
-        """dP_tau / dP of the branch that starts at `slip_rate`."""
-        if slip_rate != 0.0:
-            return -self._friction * float(np.sign(slip_rate))
-        sticking = -self._instant.a_nt / self._instant.a_tt
-        return float(np.clip(sticking, -self._friction, self._friction))
+    def advance(self, most: float) -> None:
+        """Increase the normal impulse by `most` or, if that is infinite, until Z_n' = 0."""
+        approach = abs(self._gap_rate)
+        while most > 0.0:
+            self._enter_branch()
+            to_edge = self._to_edge()
+            to_end = self._to_end_of_compression(to_edge) if most == inf else most
+            step = min(to_edge, to_end)
+            if step == inf:
+                raise ValueError("compression never ends: the impact jams with this friction")
+            self._gap_rate, pushed = self._after(step)
+            self.normal += step
+            self.tangential += pushed
+            self._slip_rate += self._growth * step * _mean_growth(self._bend * step)
+            most -= step
+            # both at once, as they do in a system of one degree of freedom; rounding must not choose
+            at_edge = to_edge <= to_end * (1.0 + SINGULAR)
+            if at_edge:
+                self._slip_rate = self._edge
+            if most == inf and (not at_edge or abs(self._gap_rate) <= SINGULAR * approach):
+                return
 
-    def _rates(self) -> tuple[float, float]:
-        i = self._instant
-        return i.a_nn + self._ratio * i.a_nt, i.a_nt + self._ratio * i.a_tt
+    def _enter_branch(self) -> None:
+        """Take the branch on which the slip goes on; it stays where neither side of a kink lets it go on."""
+        i, v, static = self._instant, self._slip_rate, self._friction.static
+        up, down = (self._friction.branch(v, side) for side in (1, -1))
+        rising, falling = (i.a_nt + (side.intercept + side.slope * v) * i.a_tt for side in (up, down))
+        sticks = v == 0.0 and static is not None and abs(i.a_nt) <= static * i.a_tt
+        if rising > 0.0 and not sticks:
+            self._branch, self._growth, self._edge = up, rising, up.upper
+        elif falling < 0.0 and not sticks:
+            self._branch, self._growth, self._edge = down, falling, down.lower
+        else:
+            self._branch, self._growth, self._edge = Branch(-i.a_nt / i.a_tt, 0.0, v, v), 0.0, inf
+        self._ratio = self._branch.intercept + self._branch.slope * v
+        self._bend = self._branch.slope * i.a_tt
 
-    def _move(self, step: float) -> None:
-        gap_growth, slip_growth = self._rates()
-        self.normal += step
-        self.tangential += self._ratio * step
-        self._gap_rate += gap_growth * step
-        self._slip_rate += slip_growth * step
+    def _to_edge(self) -> float:
+        """Return the normal impulse until the slip velocity is at the end of the branch."""
+        if abs(self._edge) == inf:
+            return inf
+        straight = (self._edge - self._slip_rate) / self._growth
+        bent = self._bend * straight
+        return straight if bent == 0.0 else (log1p(bent) / self._bend if bent > -1.0 else inf)
 
-    def _to_zero_slip(self) -> float:
-        growth = self._rates()[1]
-        return -self._slip_rate / growth if self._slip_rate * growth < 0.0 else inf
+    def _after(self, step: float) -> tuple[float, float]:
+        """Gap rate after the normal impulse has grown by `step`, and the tangential impulse."""
+        i, curving = self._instant, self._branch.slope * self._growth * step**2
+        pushed = self._ratio * step + curving * _mean_growth_of_mean(self._bend * step)
+        return self._gap_rate + i.a_nn * step + i.a_nt * pushed, pushed
 
-    def _end_slip(self, step: float) -> None:
-        self._move(step)
-        self._slip_rate = 0.0
-        self._ratio = self._ratio_at(0.0)
+    def _to_end_of_compression(self, most: float) -> float:
+        """Return the normal impulse until Z_n' = 0, infinite if that is not on the branch, up to `most`."""
+        i, k = self._instant, self._bend
+        growth = i.a_nn + self._ratio * i.a_nt
+        if k == 0.0:
+            return -self._gap_rate / growth if growth > 0.0 else inf
+        # Z_n' = its value here + held P + share (exp(k P) - 1)/k, which turns once at most
+        held, share = i.a_nn - i.a_nt**2 / i.a_tt, i.a_nt / i.a_tt * self._growth
+        turns = log(-held / share) / k if held * share < 0.0 else inf
+        beyond = 2.0 * (abs(self._gap_rate) + abs(share / k)) / held if held > 0.0 else inf
+        for end in sorted((turns, min(beyond, most))):
+            if 0.0 < end <= most and end < inf and self._after(end)[0] >= 0.0:
+                least = 0.0
+                for _ in range(_HALVINGS):
+                    middle = 0.5 * (least + end)
+                    least, end = (middle, end) if self._after(middle)[0] < 0.0 else (least, middle)
+                return end
+        return inf
 
-    def advance(self, step: float) -> None:
-        """Increase the normal impulse by `step`."""
-        to_zero_slip = self._to_zero_slip()
-        if to_zero_slip < step:
-            self._end_slip(to_zero_slip)
-            step -= to_zero_slip
-        self._move(step)
 
-    def advance_to_end_of_compression(self) -> float:
-        """Advance until Z_n' = 0; returns the normal impulse of compression."""
-        for _ in range(2):
-            growth = self._rates()[0]
-            to_end = -self._gap_rate / growth if growth > 0.0 else inf
-            to_zero_slip = self._to_zero_slip()
-            if to_end < inf and abs(to_zero_slip - to_end) <= SINGULAR * to_end:
-                # both at once, as they do in a system of one degree of freedom; rounding must not choose
-                self._end_slip(to_end)
-                return self.normal
-            if to_end <= to_zero_slip:
-                if to_end == inf:
-                    break
-                self._move(to_end)
-                return self.normal
-            self._end_slip(to_zero_slip)
-        raise ValueError("compression never ends: the impact jams at this friction coefficient")
+def _mean_growth(x: float) -> float:
+    """(exp(x) - 1)/x, the mean of exp between 0 and x."""
+    return expm1(min(x, _LARGEST)) / x if x != 0.0 else 1.0
+
+
+def _mean_growth_of_mean(x: float) -> float:
+    """(exp(x) - 1 - x)/x^2."""
+    return (_mean_growth(x) - 1.0) / x if abs(x) > _SERIES else 0.5 + x * (1.0 + 0.25 * x * (1.0 + 0.2 * x)) / 6.0

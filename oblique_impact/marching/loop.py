@@ -119,7 +119,9 @@ class Run:
         tolerances = problem.decision.tolerances
         self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, n)
         times, flexibility = (problem.output_interval, problem.end_time), self.problem.flexibility
-        own = problem.scheme.buffers(Task(size, n, self._y.size, *times, problem.modes, flexibility))
+        own = problem.scheme.buffers(
+            Task(size, n, self._y.size, *times, problem.decision.friction, problem.modes, flexibility)
+        )
         packed, law = is_compiled(problem.system), problem.decision.law
         free = [self.decision.free(i).changed(enabled=int(problem.contact)) for i in range(n)]
         self.contacts = Contacts.new(free, size, packed, law)

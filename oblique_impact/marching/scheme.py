@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.flexibility import Flexibility
+from oblique_impact.contact.friction import FrictionLaw
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.contact.transitions import Earlier, StickCriterion
 from oblique_impact.kernels.system import NormalModes
@@ -33,6 +34,7 @@ class Task(NamedTuple):
     entries: int  # of the state vector
     output_interval: float  # s
     end_time: float  # s
+    friction: FrictionLaw
     modes: NormalModes | None = None  # where the linear part of the system is known
     flexibility: Flexibility | None = None  # behind the contact rows, at rest
 

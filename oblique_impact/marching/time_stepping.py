@@ -16,6 +16,11 @@ g1 = g + h/2 C_n v1, with the same gaps g at x0.  What the modes leave out of th
 (`oblique_impact.contact.flexibility`).  There are no impacts; a place that closes within a step takes P_n times
 its gap before, of the first order of the step.
 
+The coefficient of friction is the static one of the friction law where a contact has stuck in the last step, else
+that of the law at the slip velocity before the step, or before an impact: of the first order of the step.  A law
+without a stick state has at zero slip the coefficient of its branch there.  That of a regularized law is zero, so
+that the contact creeps; where it is not, friction up to it holds a contact, which counts as slipping all the same.
+
 The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
 steps that close a contact, is lost in plastic impacts.
 
@@ -52,6 +57,7 @@ from oblique_impact.contact.flexibility import (
     yielding_between,
 )
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK
+from oblique_impact.contact.friction import FrictionLaw, branch_table, coefficient_at
 from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate, Contacts, State
 from oblique_impact.contact.transitions import Earlier
 from oblique_impact.kernels.jit import inlined, jitable
@@ -126,11 +132,13 @@ class StepBuffers(NamedTuple):
     slipping: Array  # (n,) m/s, slip velocities of these before the step
     impulses: Array  # (2 n,) N s, of these
     problem: ContactProblem
+    branches: Array  # (k, 3) of the friction law of all contacts
+    static: float  # its static coefficient; negative: it has no stick state
     flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
-    def new(cls, n: int, size: int, rubs: bool, flexibility: Flexibility) -> StepBuffers:
-        """Allocate the buffers of n contacts."""
+    def new(cls, n: int, size: int, friction: FrictionLaw, flexibility: Flexibility) -> StepBuffers:
+        """Allocate the buffers of n contacts with a friction law."""
         return cls(
             np.zeros(size),
             np.zeros(n),
@@ -144,7 +152,9 @@ class StepBuffers(NamedTuple):
             np.zeros(n, dtype=np.bool_),
             np.zeros(n),
             np.zeros(2 * n),
-            ContactProblem.new(n, rubs),
+            ContactProblem.new(n, friction.rubs),
+            branch_table(friction),
+            float(friction.static) if friction.rubs and friction.static is not None else -1.0,
             flexibility,
         )
 
@@ -199,7 +209,10 @@ def _take_contacts(
         i = b.closed[m]
         stepper.system.touch(i, t, x, v0, w, each[i], directions[m, 0], directions[m, 1])
         b.slipping[i], p.states[m] = each[i].slip_rate, b.states[i]
-        p.friction[m] = stepper.static if b.states[i] == STUCK else stepper.kinetic
+        if b.states[i] == STUCK and b.static >= 0.0:
+            p.friction[m] = b.static
+        elif stepper.rubs:
+            p.friction[m] = coefficient_at(b.branches, _rubbing(stepper, i, h))
         if p.states[m] == OPEN:
             p.states[m] = FORWARDS if not stepper.rubs or each[i].slip_rate >= 0.0 else BACKWARDS
             if stepper.yields and not stepper.massless:
@@ -216,6 +229,15 @@ def _take_contacts(
                         entry += yielding_between(b.flexibility, h, i, a, j, c) / _span(stepper, h)
                     p.delassus[2 * m + a, 2 * k + c] = entry
                     p.delassus[2 * k + c, 2 * m + a] = entry
+
+
+@inlined
+def _rubbing(stepper: TimeStepper, i: int, h: float) -> float:
+    """Slip velocity (m/s) before the step of a contact in the problem, with what yields without inertia."""
+    if not (stepper.yields and stepper.massless):
+        return float(stepper.buffers.slipping[i])
+    y = stepper.buffers.flexibility
+    return float(stepper.buffers.slipping[i] + y.toward[i, 1] * y.moved[i] / h)
 
 
 @inlined
@@ -380,7 +402,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             slip_rate_after += 0.5 * flexibility.toward[i, 1] * yielding
             after[STABILIZATION_LOSS] += friction + tangential * slip_rate_after
             friction = -tangential * slip_rate_after
-        if stepper.rubs and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
+        if b.static >= 0.0 and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
@@ -460,8 +482,6 @@ class TimeStepper(NamedTuple):
     near_step: float  # s, where a place is closer than `near` to its obstacle
     near: float  # m
     tolerance: float  # J^1/2
-    static: float  # coefficients of friction
-    kinetic: float
     rubs: bool  # whether there is friction
     massless: bool  # whether places have no inertia
     yields: bool  # whether there is flexibility behind the places: of places with inertia that along the beam
@@ -495,6 +515,10 @@ class TimeStepper(NamedTuple):
         found = _iterate(self, now.t, h, slot, clear, y)
         if found.status != OK:
             return refused(found.status, 0.0)
+        if b.static < 0.0:
+            for k in range(found.contacts):
+                if b.problem.states[k] == STUCK:  # it slips, though by nothing in this step
+                    b.problem.states[k] = FORWARDS if b.slipping[b.closed[k]] >= 0.0 else BACKWARDS
         _finish(self, end, h, found.contacts, found.supplied_power, y)
         return Step(OK, True, end, length, NO_GUARD, closest)
 
@@ -516,8 +540,6 @@ class TimeSteppingScheme(Scheme):
         Gap (m) below which the contact step is taken.
     tolerance : float
         Of the iterations of a step, on the energy of a correction, as a part of the motion's: the root of it.
-    mu_static, mu_kinetic : float
-        Coefficients of friction.
     massless : bool
         Whether places have no inertia.
     """
@@ -526,8 +548,6 @@ class TimeSteppingScheme(Scheme):
     contact_step: float
     near: float
     tolerance: float
-    mu_static: float = 0.0
-    mu_kinetic: float = 0.0
     massless: bool = False
     name = "time-stepping"
     order = 1
@@ -542,9 +562,10 @@ class TimeSteppingScheme(Scheme):
         extra[-prepared.own.resumed.size :] = prepared.own.resumed.ravel()
 
     def buffers(self, task: Task) -> StepBuffers:  # noqa: D102
-        rubs = self.mu_static > 0.0
-        flexibility = task.flexibility if rubs or self.massless else None
-        return StepBuffers.new(task.contacts, task.size, rubs, (flexibility or Flexibility.none()).at_rest())
+        flexibility = task.flexibility if task.friction.rubs or self.massless else None
+        return StepBuffers.new(
+            task.contacts, task.size, task.friction, (flexibility or Flexibility.none()).at_rest()
+        )
 
     def step_log(self, prepared: Prepared) -> StepLog:  # noqa: D102
         return StepLog(prepared.own.log, prepared.own.logged, prepared.own.states.size)
@@ -587,9 +608,7 @@ class TimeSteppingScheme(Scheme):
             float(self.contact_step),
             float(self.near),
             self.tolerance * float(np.sqrt(scratch.tolerances.energy)),
-            float(self.mu_static),
-            float(self.mu_kinetic),
-            self.mu_static > 0.0,
+            bool(np.any(prepared.own.branches[:, 1:])),  # see `FrictionLaw.rubs`
             self.massless,
             prepared.own.flexibility.pressed.size > 0,
         )

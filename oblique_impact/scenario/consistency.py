@@ -183,8 +183,6 @@ def _of_time_stepping(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "contact.normal", f'should be "rigid" {where}; other schemes take elastic obstacles'
     if s.contact.impact != "newton":
         yield "contact.impact", f'should be "newton" {where}, which decides all contacts of a step together'
-    if s.contact.friction == "modified-coulomb":
-        yield "contact.friction", f'should be "frictionless" or "hybrid" {where}'
     if s.root.kind == "driven":
         yield "root.kind", f'should be "pin" or "hub" {where}'
 

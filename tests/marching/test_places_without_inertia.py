@@ -10,6 +10,7 @@ import pytest
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import flexibility_between
+from oblique_impact.contact.friction import FrictionCurve
 from oblique_impact.history.history import History
 
 MASSLESS, MEAN_AXIS = "contact.point_inertia=none", "discretization.frame=mean-axis"
@@ -49,6 +50,31 @@ def test_a_free_end_strikes_as_its_located_contacts_do(friction):
     assert apart[1][:2] == pytest.approx([0.0, 0.0], abs=5e-5)
     assert apart[1][2] == pytest.approx(0.0, abs=1e-5)
     assert apart[1][0] < 0.3 * apart[0][0]
+
+
+@pytest.mark.parametrize(
+    ("law", "keys"),
+    [
+        (None, ("contact.friction=modified-coulomb", "contact.regularization=[0.05,0.5]")),
+        (FrictionCurve(((0.0, 0.0), (2.0, 0.8))), ()),
+        (FrictionCurve(((0.0, 0.5), (0.2, 0.2), (1.0, 0.6)), static=0.55), ()),
+    ],
+    ids=["modified-coulomb", "viscous", "stick-and-slip"],
+)
+def test_friction_that_depends_on_the_slip_velocity_is_that_of_located_events(law, keys):
+    """What friction takes is of the first order of the step, with laws of one's own too."""
+
+    def lost(*more: str) -> float:
+        scenario = Scenario.builtin("damped", ["end_time=0.335", *keys, *more])
+        return simulate(scenario, friction=law).balance["lost_friction"]
+
+    steps = "contact.where=anywhere", "solver.scheme=time-stepping"
+    located, apart = lost(), []
+    for step in (4e-6, 1e-6):
+        found = lost(*steps, f"solver.contact_step={step}", f"solver.free_step={step}")
+        apart.append(abs(found - located))
+    assert apart[0] < 4e-4
+    assert apart[1] < 0.35 * apart[0]
 
 
 def test_the_flexibility_left_out_between_places_is_that_of_the_higher_modes():
@@ -103,8 +129,9 @@ def test_impulse_and_what_closing_takes_converge_with_the_step():
         ("discretization.modes=0", "root.kind=hub", "root.inertia=0.05"),
         ("discretization.modes=6", MEAN_AXIS),
         ("discretization.modes=3", "discretization.kinetics=full", "beam.kelvin_voigt=0"),
+        ("discretization.modes=0", "contact.friction=modified-coulomb"),
     ],
-    ids=["nodes", "hub", "modes", "full-undamped"],
+    ids=["nodes", "hub", "modes", "full-undamped", "modified-coulomb"],
 )
 def rubbed(request) -> History:
     """A tapered beam falls onto a rough table, with a sample of every step."""

@@ -10,6 +10,8 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.contact.friction import Coulomb, FrictionCurve, ModifiedCoulomb
+from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from tests.marching.linear_beam import fall
@@ -228,3 +230,26 @@ def test_a_tip_that_has_fallen_past_a_table_is_not_lifted_by_it():
     found = built_in("edge", "contact.grid=8", "discretization.elements=8", "solver.contact_step=2e-5")
     assert (found["contact_place"].values[found["contact_state"].values != 0] < 0.62).all()
     assert found["tip_y"].values.min() < -0.02
+
+
+# --- friction laws
+
+
+def test_a_law_without_a_stick_state_slips_by_nothing_where_coulombs_sticks():
+    """On a beam at rest on two pegs acts what its law says at zero slip: of a regularized one nothing."""
+    pegs = [{"kind": "point", "origin": [x, -1e-3], "radius": 1e-3} for x in (0.5, 0.9)]
+    keys = "contact.grid=8 discretization.elements=8 initial.angle=0 end_time=0.02 contact.friction=hybrid "
+    keys += "solver.contact_step=1e-5 solver.free_step=1e-5 beam.kelvin_voigt=1e-3"
+    given = Scenario.builtin("slap", keys.split()).replace(obstacles=pegs)
+    laws = Coulomb(0.3, 0.3), FrictionCurve(((0.0, 0.3),), 0.3), FrictionCurve(((0.0, 0.3),)), ModifiedCoulomb(0.3)
+    rests, own, slips, smooth = (
+        [r["contact_state"].values, r["contact_lambda_tau"].values]
+        for r in (simulate(given, friction=law) for law in laws)
+    )
+    assert (rests[0][-1] == State.STICK).all()
+    assert (np.array(own) == np.array(rests)).all()
+    assert not (slips[0] == State.STICK).any()
+    assert slips[1] == pytest.approx(rests[1], abs=0.2)
+    assert np.abs(slips[1]).max() > 0.1
+    assert not (smooth[0] == State.STICK).any()
+    assert not smooth[1].any()

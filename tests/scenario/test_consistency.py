@@ -144,7 +144,6 @@ REFUSED = [
         f"{STEPPED} {ANYWHERE} {MASSLESS} {FEM} beam.tip_mass=0.1",
         "beam.tip_mass is the inertia",
     ),
-    ("contact.friction", f"{STEPPED} {ANYWHERE} contact.friction=modified-coulomb", 'or "hybrid"'),
     ("root.kind", f"{STEPPED} {ANYWHERE} root.kind=driven", 'should be "pin" or "hub"'),
     (
         "contact.surface",

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from oblique_impact import Scenario, fem_beam, simulate, simulate_system
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
+from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.marching.event import EventScheme
@@ -123,6 +123,18 @@ def test_the_exact_beam_takes_a_friction_law():
     assert built_in.summary["energy"]["lost_friction"] > 0.0
     assert_allclose(own["q"], built_in["q"], rtol=0, atol=1e-12)
     assert "FrictionCurve" in own.summary["provenance"]["user_defined"]["friction"]
+
+
+def test_routh_takes_the_friction_law_of_the_run():
+    rough = PAPER.replace(contact__impact="routh", end_time=0.33)
+    of = [
+        simulate(rough),
+        *(simulate(rough, friction=law) for law in (FrictionCurve(((0.0, 0.3),), 0.3), Frictionless())),
+    ]
+    built_in, own, smooth = (history.events[0].tangential_impulse for history in of)
+    assert own == pytest.approx(built_in, rel=1e-12)
+    assert abs(built_in) > 0.0
+    assert smooth == 0.0
 
 
 def test_an_impact_law_is_the_one_that_it_repeats():
