@@ -101,23 +101,24 @@ def error_norm(h: float, y: Array, stages: Stages, s: Scratch, tolerance: float)
         e5, e3 = _errors(K, m, scale)
         sum5 += e5 * e5
         sum3 += e3 * e3
+    energy = s.tolerances.energy
     for m in range(size, size + QUADRATURES):
-        worst = max(worst, _error_of_loss(K, m, 1, s, tolerance))
+        worst = max(worst, _error_of_loss(K, y_new, m, 1, energy, tolerance))
     contacts = guard_count(s.guards) // GUARDS
     for which in (FRICTION_LOSS, STOP_LOSS):
-        worst = max(worst, _error_of_loss(K, size + QUADRATURES + which, contacts, s, tolerance))
+        worst = max(worst, _error_of_loss(K, y_new, size + QUADRATURES + which, contacts, energy, tolerance))
     return float(abs(h) * max(worst, _combined(sum5, sum3, size)))
 
 
 @jitable
-def _error_of_loss(K: Array, first: int, contacts: int, s: Scratch, tolerance: float) -> float:
-    """Error of a loss of energy, or of the sum over contacts of one, the first of them an entry of s.y_new."""
+def _error_of_loss(K: Array, y_new: Array, first: int, contacts: int, energy: float, tolerance: float) -> float:
+    """Error of a loss of energy, or of the sum of one over contacts, from the entry `first` of y_new on."""
     total, e5, e3 = 0.0, 0.0, 0.0
     for i in range(contacts):
         m = first + OF_A_CONTACT * i
         own5, own3 = _errors(K, m, 1.0)
-        total, e5, e3 = total + s.y_new[m], e5 + own5, e3 + own3
-    scale = tolerance * (s.tolerances.energy + abs(total))
+        total, e5, e3 = total + y_new[m], e5 + own5, e3 + own3
+    scale = tolerance * (energy + abs(total))
     return _combined((e5 / scale) ** 2, (e3 / scale) ** 2, 1) if scale > 0.0 else 0.0
 
 
