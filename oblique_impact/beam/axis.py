@@ -1,4 +1,4 @@
-"""The axis of the bent beam at any place along it: shape functions as polynomials on panels.
+"""The axis of the bent beam at any place along it, where points of the beam are, and which of them meet obstacles.
 
 A contact that slides along the beam needs u_y = Phi(x) B and u_x = -B^T H(x) B/2 wherever it is.  Modes of finite
 elements are cubics on the elements; eigenfunctions are interpolated on panels so short that polynomials of the
@@ -13,6 +13,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from oblique_impact.contact.sides_and_pegs import (
+    AxisMotion,
+    Directions,
+    PointMotion,
+    centre_of,
+    meet_peg,
+    meet_side,
+)
 from oblique_impact.kernels.jit import compiled_protocol, inlined, jitable
 from oblique_impact.kernels.workspace import SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT, Array, record_of
 
@@ -36,6 +44,18 @@ class AxisPoint(NamedTuple):
     beyond: float  # m, how far the place is past an end of the beam, from which its tangent goes on
 
 
+class SectionMotion(NamedTuple):
+    """A cross-section of the beam and its motion in the floating frame."""
+
+    u_x: float  # m, -B^T H B/2
+    u_y: float  # m, Phi B
+    slope: float  # phi = Phi' B
+    u_x_rate: float  # m/s
+    u_y_rate: float
+    slope_rate: float  # 1/s
+    u_x_bias: float  # m/s^2, -B'^T H B'
+
+
 @compiled_protocol
 class Shapes(Protocol):
     """Shape functions of a beam at any place along it."""
@@ -46,11 +66,16 @@ class Shapes(Protocol):
     def bent_axis(self, x: float, B: Array) -> AxisPoint:
         """Displacements, slope and curvature of the axis at x (m)."""
 
-    def take_shapes(self, axis: AxisPoint, B: Array, Bd: Array, v: Array) -> tuple[float, float]:
+    def motion_at(self, axis: AxisPoint, B: Array, Bd: Array) -> tuple[SectionMotion, float]:
+        """Motion of the section at a place and rate of its curvature (1/(m s)).
+
+        Like `take_shapes` it is for the place that `bent_axis` has had last.
+        """
+
+    def take_shapes(self, axis: AxisPoint, B: Array, v: Array) -> None:
         """Shape functions and slopes at a place, into rows of `Workspace.vectors` behind the entry of theta.
 
         These are `SCRATCH_A` and `SCRATCH_B`; H B goes into `SHORTENING_PRODUCT`.
-        Returns B'^T H B' and u_y'' of the velocities.
         """
 
 
@@ -62,7 +87,10 @@ class _PanelData(NamedTuple):
     shortening: Array  # (panels + 1, n, n) H at the edges (1/m)
     nodes: Array  # (degree,) of Gauss's rule, exact for products of two slopes
     weights: Array
-    polynomial: Array  # (degree + 1,) of the deflection around a place, which methods overwrite
+    # which methods overwrite: deflection around a place with its derivative over z, the same of its rate, and
+    # derivatives of the deflection at the nodes before the place
+    polynomials: Array  # (2, 2, degree + 1)
+    slopes: Array  # (degree,)
 
 
 def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
@@ -83,7 +111,8 @@ def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) ->
         shortening,
         nodes,
         weights,
-        np.zeros(degree + 1),
+        np.zeros((2, 2, degree + 1)),
+        np.zeros(degree),
     )
 
 
@@ -138,57 +167,76 @@ def _bend(s: AxisShapes, B: Array, Bd: Array) -> None:
 
 @jitable
 def _contract(s: AxisShapes, panel: int, B: Array, polynomial: Array) -> None:
-    """Coefficients of u_y = Phi B on a panel into `polynomial` (degree + 1,)."""
+    """Coefficients of u_y = Phi B on a panel into `polynomial` (2, degree + 1), with those of its derivative."""
     for k in range(s.coefficients.shape[1]):
         total = 0.0
         for i in range(B.shape[0]):
             total += s.coefficients[panel, k, i] * B[i]
-        polynomial[k] = total
+        polynomial[0, k], polynomial[1, k] = total, k * total
 
 
 @inlined
-def _slope_at(s: AxisShapes, polynomial: Array, z: float) -> float:
+def _slope_at(polynomial: Array, z: float) -> float:
     """Evaluate the derivative over z of a polynomial on a panel."""
     total = 0.0
-    for k in range(s.coefficients.shape[1] - 1, 0, -1):
-        total = total * z + k * polynomial[k]
+    for k in range(polynomial.shape[1] - 1, 0, -1):
+        total = total * z + polynomial[1, k]
     return total
+
+
+@inlined
+def _evaluate(polynomial: Array, z: float, half: float, beyond: float) -> tuple[float, float, float]:
+    """Evaluate a polynomial on a panel, its slope and curvature; past an end of the beam its tangent goes on."""
+    value, slope, curvature = 0.0, 0.0, 0.0
+    for k in range(polynomial.shape[1] - 1, -1, -1):
+        curvature = curvature * z + 2.0 * slope
+        slope = slope * z + value
+        value = value * z + polynomial[0, k]
+    slope /= half
+    return value + slope * beyond, slope, curvature / (half * half) if beyond == 0.0 else 0.0
 
 
 @jitable
 def _bent_axis(s: AxisShapes, x: float, B: Array) -> AxisPoint:
     """Bend the axis, see `Shapes`."""
-    polynomial = s.polynomial
-    panel = panel_of(s.edges, x)
+    polynomial, panel = s.polynomials[0], panel_of(s.edges, x)
     a, half = s.edges[panel], 0.5 * (s.edges[panel + 1] - s.edges[panel])
     inside = min(max(x, s.edges[0]), s.edges[-1])
     z, beyond = (inside - a) / half - 1.0, x - inside
     _contract(s, panel, B, polynomial)
-    value, slope, bending = 0.0, 0.0, 0.0
-    for k in range(s.coefficients.shape[1] - 1, -1, -1):
-        bending = bending * z + 2.0 * slope
-        slope = slope * z + value
-        value = value * z + polynomial[k]
-    squared = 0.0
+    u_y, slope, curvature = _evaluate(polynomial, z, half, beyond)
+    squared = slope * slope * beyond
     for i in range(B.shape[0]):
         for j in range(B.shape[0]):
             squared += B[i] * s.shortening[panel, i, j] * B[j]
     part = 0.5 * (z + 1.0)
     for g in range(s.nodes.shape[0]):
-        steep = _slope_at(s, polynomial, part * (s.nodes[g] + 1.0) - 1.0)
+        steep = _slope_at(polynomial, part * (s.nodes[g] + 1.0) - 1.0)
+        s.slopes[g] = steep
         squared += s.weights[g] * part * steep * steep / half
-    slope /= half
-    if beyond != 0.0:
-        bending = 0.0
-    return AxisPoint(
-        -0.5 * (squared + slope * slope * beyond),
-        value + slope * beyond,
-        slope,
-        bending / (half * half),
-        panel,
-        z,
-        beyond,
-    )
+    return AxisPoint(-0.5 * squared, u_y, slope, curvature, panel, z, beyond)
+
+
+@jitable
+def _motion_at(s: AxisShapes, axis: AxisPoint, B: Array, Bd: Array) -> tuple[SectionMotion, float]:
+    """Motion of a section, see `Shapes`."""
+    rates, panel = s.polynomials[1], axis.panel
+    half, part = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (axis.z + 1.0)
+    _contract(s, panel, Bd, rates)
+    u_y_rate, slope_rate, curvature_rate = _evaluate(rates, axis.z, half, axis.beyond)
+    shortened, squared = axis.slope * slope_rate * axis.beyond, slope_rate * slope_rate * axis.beyond
+    for i in range(B.shape[0]):
+        total = 0.0
+        for j in range(B.shape[0]):
+            total += s.shortening[panel, i, j] * Bd[j]
+        shortened += B[i] * total
+        squared += Bd[i] * total
+    for g in range(s.nodes.shape[0]):
+        weight, rate = s.weights[g] * part / half, _slope_at(rates, part * (s.nodes[g] + 1.0) - 1.0)
+        shortened += weight * s.slopes[g] * rate
+        squared += weight * rate * rate
+    motion = SectionMotion(axis.u_x, axis.u_y, axis.slope, -shortened, u_y_rate, slope_rate, -squared)
+    return motion, curvature_rate
 
 
 #: a place of the beam that can touch a side (`on_side`), or a point fixed in space that can touch the beam, a peg
@@ -202,6 +250,7 @@ PLACE = np.dtype(
         ("tangential_offset", float),  # m, along it
         ("fibre", float),  # m across the beam from its axis, of the point that touches
         ("turning", float),  # the same, or 0 where terms of second order are left out
+        ("shortening", float),  # 1, or 0 where the foreshortening is left out
         # of pegs: distance (m) from the axis at which it touches, its radius and, of the beam's face, half the
         # depth; half the depth where friction acts on the beam's face, 0 on the axis; and the side on which the
         # beam is of it, seen along the beam: 1 left, -1 right
@@ -213,15 +262,16 @@ PLACE = np.dtype(
 )
 
 
-def place_record(on_side: bool, numbers: Sequence[float]) -> Any:
+def place_record(on_side: bool, numbers: Sequence[float], shortening: float = 1.0) -> Any:
     """Return a record of `PLACE`.
 
     `numbers` (6,) of a place of the beam are x, angle, both offsets, fibre and turning; of a peg x, y, distance,
-    lever and side, and one that is not used.
+    lever and side, and one that is 0.  `shortening` is 0 where the foreshortening is left out.
     """
     names = ("x", "angle", "normal_offset", "tangential_offset", "fibre", "turning")
     of_peg = ("x", "y", "distance", "lever", "side", "turning")
-    return record_of(PLACE, dict(zip(names if on_side else of_peg, numbers, strict=True)) | {"on_side": on_side})
+    found = dict(zip(names if on_side else of_peg, numbers, strict=True))
+    return record_of(PLACE, found | {"on_side": on_side, "shortening": shortening})
 
 
 class Places(NamedTuple):
@@ -263,44 +313,29 @@ def place_of(s: Any, radius: float, X: float, Y: float, B: Array) -> tuple[float
 
 
 @jitable
-def _take_shapes(s: AxisShapes, axis: AxisPoint, B: Array, Bd: Array, v: Array) -> tuple[float, float]:
+def _take_shapes(s: AxisShapes, axis: AxisPoint, B: Array, v: Array) -> None:
     """Take shape functions at a place, see `Shapes`."""
-    shapes, slopes, HB, polynomial = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT], s.polynomial
-    panel, z, n = axis.panel, axis.z, B.shape[0]
-    half, part, bending, curving = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (z + 1.0), 0.0, 0.0
-    turning = 0.0
+    shapes, slopes, HB, panel, n = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT], axis.panel, B.shape[0]
+    half, part = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (axis.z + 1.0)
     for i in range(n):
-        value, slope, curvature = 0.0, 0.0, 0.0
+        value, slope = 0.0, 0.0
         for k in range(s.coefficients.shape[1] - 1, -1, -1):
-            curvature = curvature * z + 2.0 * slope
-            slope = slope * z + value
-            value = value * z + s.coefficients[panel, k, i]
+            slope = slope * axis.z + value
+            value = value * axis.z + s.coefficients[panel, k, i]
         slope /= half
         shapes[i + 1], slopes[i + 1] = value + slope * axis.beyond, slope
-        curving += curvature / (half * half) * Bd[i]
-        turning += slope * Bd[i]
-        before, rate = 0.0, 0.0
+        shortened = axis.slope * slope * axis.beyond
         for j in range(n):
-            before += s.shortening[panel, i, j] * B[j]
-            rate += s.shortening[panel, i, j] * Bd[j]
-        HB[i + 1] = before
-        bending += Bd[i] * rate
+            shortened += s.shortening[panel, i, j] * B[j]
+        HB[i + 1] = shortened
     for g in range(s.nodes.shape[0]):
         at = part * (s.nodes[g] + 1.0) - 1.0
-        weight, steep, rate = s.weights[g] * part / half, _slope_at(s, polynomial, at), 0.0
+        steep = s.weights[g] * part / half * s.slopes[g]
         for i in range(n):
             slope = 0.0
             for k in range(s.coefficients.shape[1] - 1, 0, -1):
                 slope = slope * at + k * s.coefficients[panel, k, i]
-            HB[i + 1] += weight * slope * steep
-            rate += slope * Bd[i]
-        bending += weight * rate * rate
-    if axis.beyond != 0.0:
-        for i in range(n):
-            HB[i + 1] += axis.slope * slopes[i + 1] * axis.beyond
-        bending += turning * turning * axis.beyond
-        curving = 0.0
-    return bending, curving
+            HB[i + 1] += slope * steep
 
 
 class AxisShapes(_PanelData):
@@ -309,66 +344,77 @@ class AxisShapes(_PanelData):
     __slots__ = ()
     bend = _bend
     bent_axis = _bent_axis
+    motion_at = _motion_at
     take_shapes = _take_shapes
 
 
+# --- where the points of the beam are
+
+
+@inlined
+def point_of(place: Any, reach: float, s: SectionMotion, spin: float) -> PointMotion:
+    """Point at the height e of a cross-section, in axes of the frame that turns by `spin` (rad/s).
+
+    The section, `reach` = r + x (m) from the root's axis of the straight beam, is turned by phi:
+
+        x_P = r + x - B^T H B/2 - e phi,    y_P = Phi B + e (1 - phi^2/2)
+    """
+    e, turning, kept = place.fibre, place.turning, place.shortening
+    x, y = reach + kept * s.u_x - e * s.slope, s.u_y + (e - 0.5 * turning * s.slope * s.slope)
+    x_rate, y_rate = kept * s.u_x_rate - e * s.slope_rate, s.u_y_rate - turning * s.slope * s.slope_rate
+    return PointMotion(
+        x,
+        y,
+        x_rate - spin * y,
+        y_rate + spin * x,
+        kept * s.u_x_bias - 2.0 * spin * y_rate - spin * spin * x,
+        2.0 * spin * x_rate - spin * spin * y - turning * s.slope_rate * s.slope_rate,
+    )
+
+
+@inlined
+def axis_motion(s: SectionMotion, curvature: float, curvature_rate: float, spin: float) -> AxisMotion:
+    """Return derivatives along the axis of r, v and b at a section: r' = (1 - phi^2/2, phi)."""
+    phi, steep = s.slope, 1.0 - 0.5 * s.slope * s.slope
+    turning = spin + s.slope_rate
+    return AxisMotion(
+        steep,
+        phi,
+        -phi * curvature,
+        curvature,
+        -phi * turning,
+        spin * steep + s.slope_rate,
+        -curvature * turning - phi * curvature_rate,
+        curvature_rate - spin * phi * curvature,
+        -spin * spin * steep - 2.0 * spin * s.slope_rate - s.slope_rate * s.slope_rate,
+        -spin * spin * phi - 2.0 * spin * phi * s.slope_rate,
+    )
+
+
+class Met(NamedTuple):
+    """A place of the axis that meets an obstacle, with the point of the beam there."""
+
+    x: float  # m along the beam
+    axis: AxisPoint
+    point: PointMotion
+    directions: Directions
+
+
 @jitable
-def touch_peg(
-    s: Any, radius: float, peg: Any, q: Array, qd: Array, v: Array, c: Candidate, normal: Array, tangential: Array
-) -> None:
-    """Gap, slip, biases and rows of a fixed point against the axis of a beam on a hub of this radius (m).
+def meet(s: Any, radius: float, place: Any, q: Array, qd: Array, c: Candidate) -> Met:
+    """Gap, slip, rates and biases of a place of contact of a beam on a hub of this radius (m).
 
-    The point c meets the axis at the place x where (r - c).r' = 0.  With t = r'/|r'|, its normal n on the side of
-    the beam, the velocities v = q', the turning w of t towards n and the one u of the section,
-
-        x'     = -(Jv.r' + (r - c).J'v) / (r'.r' + (r - c).r''),    w = (n.J'v + x' n.r'')/|r'|,  u = n.J'v/|r'|
-        Z_n'   = n.Jv,           Z_n''   = n.(J q'' + Jdot v) + x' n.J'v - w t.Jv
-        Z_tau' = t.Jv + e u,     Z_tau'' = t.(J q'' + Jdot v) + x' t.J'v + w n.Jv + e u'
-
-    where J = dr/dq, primes of r and J are derivatives along the beam and e is the lever of friction.  The slip is
-    -x, whose rate is that of the axis where the point touches it.
+    A point of the beam stays at its place along it, the one that meets a peg moves.
     """
     theta, spin, B, Bd = q[0], qd[0], q[1:], qd[1:]
-    cosine, sine = np.cos(theta), np.sin(theta)
-    X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
-    x, axis = place_of(s, radius, X, Y, B)
-    bending, curvature_rate = s.take_shapes(axis, B, Bd, v)
-    shapes, slopes, HB = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT]
-    phi, kappa, steep, side = axis.slope, axis.curvature, 1.0 - 0.5 * axis.slope * axis.slope, peg.side
-    stretch = np.sqrt(steep * steep + phi * phi)  # |r'|, 1 but for the fourth power of the slope
-    tx, ty = steep / stretch, phi / stretch
-    nx, ny = -side * ty, side * tx
-    rx, ry = radius + x + axis.u_x, axis.u_y
-    # rows, and velocities in the frame: of displacements, slope, place and turning
-    ux_rate, uy_rate, phi_rate = 0.0, 0.0, 0.0
-    normal[0] = ny * rx - nx * ry
-    tangential[0] = ty * rx - tx * ry + peg.lever * (ny * steep - nx * phi) / stretch
-    for i in range(B.shape[0]):
-        shape, slope, shortened = shapes[i + 1], slopes[i + 1], HB[i + 1]
-        ux_rate -= shortened * Bd[i]
-        uy_rate += shape * Bd[i]
-        phi_rate += slope * Bd[i]
-        normal[i + 1] = ny * shape - nx * shortened
-        tangential[i + 1] = ty * shape - tx * shortened + peg.lever * (ny - nx * phi) * slope / stretch
-    vx, vy = ux_rate - spin * ry, uy_rate + spin * rx  # J v
-    ax, ay = -phi * (spin + phi_rate), spin * steep + phi_rate  # J' v
-    away_x, away_y, rx2, ry2 = rx - X, ry - Y, -phi * kappa, kappa
-    place_rate = -(vx * steep + vy * phi + away_x * ax + away_y * ay) / (
-        stretch * stretch + away_x * rx2 + away_y * ry2
-    )
-    turning = (nx * ax + ny * ay + place_rate * (nx * rx2 + ny * ry2)) / stretch
-    # accelerations without q'': J dot v and J' dot v
-    fx = -spin * spin * rx - 2.0 * spin * uy_rate - bending
-    fy = -spin * spin * ry + 2.0 * spin * ux_rate
-    gap_bias = nx * fx + ny * fy + place_rate * (nx * ax + ny * ay) - turning * (tx * vx + ty * vy)
-    slip_bias = tx * fx + ty * fy + place_rate * (tx * ax + ty * ay) + turning * (nx * vx + ny * vy)
-    if peg.lever != 0.0:
-        gx = -spin * spin * steep - 2.0 * spin * phi_rate - phi_rate * phi_rate
-        gy = -spin * spin * phi - 2.0 * spin * phi * phi_rate
-        gx += place_rate * (-kappa * (spin + phi_rate) - phi * curvature_rate)
-        gy += place_rate * (curvature_rate - spin * phi * kappa)
-        rate = (nx * gx + ny * gy - turning * (tx * ax + ty * ay)) / stretch
-        growth = tx * (ax + place_rate * rx2) + ty * (ay + place_rate * ry2)
-        slip_bias += peg.lever * (rate - (nx * ax + ny * ay) * growth / (stretch * stretch))
-    c.gap, c.slip = nx * away_x + ny * away_y - peg.distance, -x
-    c.gap_bias, c.slip_bias = gap_bias, slip_bias
+    if place.on_side:
+        axis = s.bent_axis(place.x, B)
+        motion, _ = s.motion_at(axis, B, Bd)
+        point = point_of(place, radius + place.x, motion, spin)
+        return Met(place.x, axis, point, meet_side(place, theta, point, c))
+    centre = centre_of(place, theta)
+    x, axis = place_of(s, radius, centre[0], centre[1], B)
+    motion, curvature_rate = s.motion_at(axis, B, Bd)
+    point = point_of(place, radius + x, motion, spin)
+    along = axis_motion(motion, axis.curvature, curvature_rate, spin)
+    return Met(x, axis, point, meet_peg(place, centre, x, point, along, c))

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from oblique_impact.beam import floating_frame, nodal_frame
-from oblique_impact.beam.axis import Places, place_record
+from oblique_impact.beam.axis import Places, ShapeFunctions, place_record
 from oblique_impact.beam.base_motion import BaseMotion, SpinUp, base_motion_of
 from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
@@ -36,7 +36,7 @@ class ContactPlace(NamedTuple):
 
     obstacle: int  # the slope is 0, the others count from 1
     on_side: bool  # a point of the beam on a side; else a point of an obstacle on the beam
-    numbers: tuple[float, ...]  # (6,) see `oblique_impact.beam.axis.PointOnSide` and `Peg`
+    numbers: tuple[float, ...]  # (6,) see `oblique_impact.beam.axis.place_record`
     extent: tuple[float, ...]  # m, of the slip
     stiffness: float  # N/m, of an elastic stop
     radius: float = 0.0  # m, of a peg
@@ -240,25 +240,31 @@ class Beam:
 
     def _places(self) -> Places:
         """Places of contact as kernels read them."""
-        o, along, places = self.operators, self.operators.along, self.candidates
+        o, places = self.operators, self.candidates
         tables, each = np.zeros((len(places), o.size + 2, o.size)), self._place_records()
-        if not self.scenario.touches_anywhere:
-            kept = self.foreshortening if self.scenario.contact.shortening else 0.0
-            tables[0] = np.vstack([kept * o.contact_shortening, o.contact_shape, o.contact_slope])
-            return Places(each, tables, None)
-        if along is None:
+        for k, place in enumerate(places):
+            if not place.on_side:
+                continue
+            if place.numbers[0] == o.contact_point:
+                tables[k] = np.vstack([o.contact_shortening, o.contact_shape, o.contact_slope])
+            else:
+                values, slopes, shortening = self._along.at(place.numbers[0])
+                tables[k] = np.vstack([shortening, values, slopes])
+        return Places(each, tables, None if all(place.on_side for place in places) else self._along.fitted())
+
+    @property
+    def _along(self) -> ShapeFunctions:
+        """Shape functions at any place."""
+        if self.operators.along is None:
             raise InputError(
                 "discretization: contact anywhere needs shape functions anywhere, BeamOperators.along"
             )
-        for k, place in enumerate(places):
-            if place.on_side:
-                values, slopes, shortening = along.at(place.numbers[0])
-                tables[k] = np.vstack([shortening, values, slopes])
-        return Places(each, tables, None if all(place.on_side for place in places) else along.fitted())
+        return self.operators.along
 
     def _place_records(self) -> Any:
         """Return records of the places of contact."""
-        records = [place_record(place.on_side, place.numbers) for place in self.candidates]
+        kept = self.foreshortening if self.scenario.contact.shortening else 0.0
+        records = [place_record(place.on_side, place.numbers, kept) for place in self.candidates]
         return np.array(records).view(np.recarray)
 
     @cached_property
@@ -404,23 +410,19 @@ class FullBeam(Beam):
     def model(self) -> NodalModel:
         """The compiled model, a :class:`~oblique_impact.kernels.system.System`."""
         s, o, frame, rigid = self.scenario, self.operators, nodal_frame, self.operators.rigid
-        shortening = o.contact_shortening * float(s.contact.shortening)
-        bands = np.zeros((5, HALF_BANDWIDTH + 1, self.size))
+        bands = np.zeros((4, HALF_BANDWIDTH + 1, self.size))
         for which, matrix in (
             (frame.MASS_BAND, o.elastic_mass),
             (frame.STIFFNESS_BAND, o.K),
             (frame.SPIN_BAND, o.M1 - o.C),
             (frame.GRAVITY_BAND, o.D),
-            (frame.SHORTENING_BAND, shortening),
         ):
             for k in range(HALF_BANDWIDTH + 1):
                 diagonal = matrix.diagonal(k)
                 bands[which, k, : diagonal.size] = diagonal
-        vectors = np.zeros((8, self.size))
-        vectors[frame.CONTACT_SHAPE], vectors[frame.CONTACT_SLOPE] = o.contact_shape, o.contact_slope
-        at = np.flatnonzero((o.contact_shape != 0.0) | (o.contact_slope != 0.0))
+        vectors = np.zeros((5, self.size))
         vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.coupling, o.P, rigid
-        vectors[frame.GRAVITY_RIGID], vectors[frame.SHORTENING_RIGID] = o.D @ rigid, shortening @ rigid
+        vectors[frame.GRAVITY_RIGID] = o.D @ rigid
         factored, massless = bands, None
         if o.means is not None:
             massless = frame.mean_velocities(o.means.toarray(), self.hub_inertia > 0.0)
@@ -430,7 +432,6 @@ class FullBeam(Beam):
             share = _STIFFENED * deflections[frame.MASS_BAND] / deflections[frame.STIFFNESS_BAND]
             factored[frame.MASS_BAND] += share * bands[frame.STIFFNESS_BAND]
         mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(factored, o.coupling)
-        normal_offset, tangential_offset = s.slope.offsets
         numbers = {
             "inertia": o.inertia,
             "static_moment": o.Sm,
@@ -438,14 +439,6 @@ class FullBeam(Beam):
             "torque": self._torque,
             "kelvin_voigt": s.beam.kelvin_voigt,
             "mass_proportional": s.beam.mass_proportional,
-            "contact_first": int(at[0]),
-            "contact_end": int(at[-1]) + 1,
-            "contact_radius": s.root.hub_radius + s.contact.point,
-            "fibre": s.contact_fibre,
-            "fibre_turning": s.contact_fibre * self.foreshortening,
-            "slope_angle": s.slope.angle,
-            "normal_offset": normal_offset,
-            "tangential_offset": tangential_offset,
         }
         return NodalModel(
             numbers=record_of(frame.NODAL_NUMBERS, numbers),
@@ -457,14 +450,18 @@ class FullBeam(Beam):
             shaking=self.shaking,
         )
 
-    def _nodal_places(self) -> NodalPlaces | None:
-        """Places of contact as kernels read them; None if one point alone can touch the slope."""
-        if not self.scenario.touches_anywhere:
-            return None
-        assert self.operators.along is not None
-        size = self.size + 1
-        shapes, vectors = HermiteShapes.on(self.operators.along.edges), np.zeros((VECTORS, size))
-        return NodalPlaces(shapes, self._place_records(), np.zeros(size), np.zeros(size), vectors)
+    def _nodal_places(self) -> NodalPlaces:
+        """Places of contact as kernels read them."""
+        o, edges = self.operators, self._along.edges
+        size = 2 * edges.size
+        return NodalPlaces(
+            HermiteShapes.on(edges),
+            self._place_records(),
+            np.zeros(size),
+            np.zeros(size),
+            np.zeros((VECTORS, size)),
+            np.ascontiguousarray(o.contact_shape) if o.left_out > 0.0 else None,
+        )
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return W and W' at t = 0: the undeformed beam at its initial angle and speed."""

@@ -24,6 +24,11 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
+def direction_of(slope: Array, second_order: float = 1.0) -> Complex:
+    """Return the directions of sections with these slopes phi; `second_order` is 0 where phi^2 is left out."""
+    return np.asarray(1.0 - 0.5 * second_order * slope**2 + 1j * slope)
+
+
 class BentBeam(NamedTuple):
     """The bent beam at places along it in samples; each field broadcasts to (samples, places)."""
 

@@ -11,22 +11,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.axis import Places, touch_peg
+from oblique_impact.beam.axis import Met, Places, SectionMotion, meet, point_of
 from oblique_impact.beam.base_motion import drive_acceleration
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
+from oblique_impact.contact.sides_and_pegs import Directions, PointMotion, meet_side, take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.contacts import ContactArrays
 from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import (
+    ACROSS,
+    ACROSS_TURNED,
+    ALONG,
+    ALONG_TURNED,
     DAMPING_PRODUCT,
     FORCES,
     FREE_ACCELERATION,
     GRAVITY_PRODUCT,
     MASS,
-    PRODUCT_A,
-    PRODUCT_B,
     SCRATCH_A,
     SCRATCH_B,
     SHORTENING_PRODUCT,
@@ -204,63 +207,73 @@ def _full(model: BeamModel, quadrature: Any, q: Array, qd: Array, w: Workspace) 
 
 
 @inlined
-def touch_side(
-    place: Any,
-    radius: float,
-    shape: Array,
-    slope: Array,
-    HB: Array,
-    bending: float,
-    q: Array,
-    qd: Array,
-    at: Candidate,
-    normal: Array,
-    tangential: Array,
-) -> None:
-    """Gap, slip, biases and rows of a place of the beam, on a hub of this radius (m), against a side.
-
-    A point at the height e in the section, which is turned by phi = Phi' B, lies at
-
-        x_P = r + x_F - B^T H B/2 - e phi,    y_P = Phi B + e (1 - phi^2/2)
-
-    `HB` (n + 1,) is H B behind the entry of theta, `bending` is B'^T H B'.
-    """
-    B, Bd, spin = q[1:], qd[1:], qd[0]
-    e, turning = place.fibre, place.turning
-    phi, phi_rate = dot(slope, B), dot(slope, Bd)
-    x = radius + place.x - 0.5 * _contract(HB, B) - e * phi
-    y = dot(shape, B) + (e - 0.5 * turning * phi * phi)
-    x_rate, y_rate = -_contract(HB, Bd) - e * phi_rate, dot(shape, Bd) - turning * phi * phi_rate
-    angle = q[0] - place.angle
-    c, s = np.cos(angle), np.sin(angle)
-    normal[0] = x * c - y * s
-    tangential[0] = -x * s - y * c
+def _motion_of(shape: Array, slope: Array, HB: Array, bending: float, B: Array, Bd: Array) -> SectionMotion:
+    """Motion of a section with these shape functions and slopes, H B behind the entry of theta and B'^T H B'."""
+    shortened, shortened_rate, u_y, u_y_rate, phi, phi_rate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(B.shape[0]):
-        along, across = HB[i + 1] + e * slope[i], shape[i] - turning * phi * slope[i]
-        normal[i + 1] = -s * along + c * across
-        tangential[i + 1] = -c * along - s * across
-    square, turned = spin * spin, turning * phi_rate * phi_rate
-    at.gap = x * s + y * c - place.normal_offset
-    at.slip = x * c - y * s - place.tangential_offset
-    at.gap_bias = 2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * bending - c * turned
-    at.slip_bias = -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * bending + s * turned
+        shortened += HB[i + 1] * B[i]
+        shortened_rate += HB[i + 1] * Bd[i]
+        u_y += shape[i] * B[i]
+        u_y_rate += shape[i] * Bd[i]
+        phi += slope[i] * B[i]
+        phi_rate += slope[i] * Bd[i]
+    return SectionMotion(-0.5 * shortened, u_y, phi, -shortened_rate, u_y_rate, phi_rate, -bending)
+
+
+@inlined
+def _take_point_rows(
+    place: Any, shape: Array, slope: Array, HB: Array, phi: float, point: PointMotion, v: Array
+) -> None:
+    """Rows (2, n + 1) of a point of the beam in the frame, see `oblique_impact.beam.axis.point_of`."""
+    e, kept, leaning = place.fibre, place.shortening, place.turning * phi
+    v[ALONG, 0], v[ACROSS, 0] = -point.y, point.x
+    for i in range(shape.shape[0]):
+        v[ALONG, i + 1] = -(kept * HB[i + 1] + e * slope[i])
+        v[ACROSS, i + 1] = shape[i] - leaning * slope[i]
+
+
+@inlined
+def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: Candidate) -> Directions:
+    """Meet a side with a point of the beam, whose shape functions are tables."""
+    place, table, B, Bd = model.places.each[i], model.places.tables[i], q[1:], qd[1:]
+    HB, bending, n = v[SHORTENING_PRODUCT], 0.0, q.shape[0] - 1
+    for j in range(n):
+        before, rate = 0.0, 0.0
+        for k in range(n):
+            before += table[j, k] * B[k]
+            rate += table[j, k] * Bd[k]
+        HB[j + 1] = before
+        bending += Bd[j] * rate
+    shape, slope = table[n], table[n + 1]
+    motion = _motion_of(shape, slope, HB, bending, B, Bd)
+    point = point_of(place, model.numbers.hub_radius + place.x, motion, qd[0])
+    _take_point_rows(place, shape, slope, HB, motion.slope, point, v)
+    return meet_side(place, q[0], point, c)
+
+
+@inlined
+def take_moving_rows(shapes: Any, place: Any, met: Met, B: Array, v: Array) -> None:
+    """Rows (4, n + 1) of a point on the axis and of the derivatives along it, where it has met an obstacle."""
+    phi, shape, slope = met.axis.slope, v[SCRATCH_A, 1:], v[SCRATCH_B, 1:]
+    shapes.take_shapes(met.axis, B, v)
+    _take_point_rows(place, shape, slope, v[SHORTENING_PRODUCT], phi, met.point, v)
+    v[ALONG_TURNED, 0], v[ACROSS_TURNED, 0] = -phi, 1.0 - 0.5 * phi * phi
+    for j in range(B.shape[0]):
+        v[ALONG_TURNED, j + 1], v[ACROSS_TURNED, j + 1] = -phi * slope[j], slope[j]
 
 
 @jitable
-def _touch_peg(
-    shapes: Any,
-    model: BeamModel,
-    i: int,
-    q: Array,
-    qd: Array,
-    v: Array,
-    c: Candidate,
-    normal: Array,
-    tangential: Array,
-) -> None:
-    """Touch a peg; the compiler drops this of a beam without pegs."""
-    if shapes is not None:
-        touch_peg(shapes, model.numbers.hub_radius, model.places.each[i], q, qd, v, c, normal, tangential)
+def _meet_moving(
+    shapes: Any, model: BeamModel, i: int, q: Array, qd: Array, v: Array, rows: bool, c: Candidate
+) -> Directions:
+    """Meet a peg, at a place that moves along the beam; the compiler drops this of a beam without pegs."""
+    if shapes is None:
+        return Directions(0.0, 0.0, 0.0, 0.0, 0.0)
+    place = model.places.each[i]
+    met = meet(shapes, model.numbers.hub_radius, place, q, qd, c)
+    if rows:
+        take_moving_rows(shapes, place, met, q[1:], v)
+    return met.directions
 
 
 @jitable
@@ -276,23 +289,12 @@ def touch_beam(
     tangential: Array,
 ) -> None:
     """Gap, slip, their rates and biases of one place of contact, and its rows."""
-    places, v = model.places, w.vectors
-    place = places.each[i]
-    if place.on_side:
-        B, Bd, HB, bending, n = q[1:], qd[1:], v[SHORTENING_PRODUCT], 0.0, q.shape[0] - 1
-        for j in range(n):
-            before, rate = 0.0, 0.0
-            for k in range(n):
-                before += places.tables[i, j, k] * B[k]
-                rate += places.tables[i, j, k] * Bd[k]
-            HB[j + 1] = before
-            bending += Bd[j] * rate
-        shape, slope, radius = places.tables[i, n], places.tables[i, n + 1], model.numbers.hub_radius
-        touch_side(place, radius, shape, slope, HB, bending, q, qd, c, normal, tangential)
+    v = w.vectors
+    if model.places.each[i].on_side:
+        directions = _meet_in_place(model, i, q, qd, v, c)
     else:
-        _touch_peg(places.shapes, model, i, q, qd, v, c, normal, tangential)
-    c.gap_rate = dot(normal, qd)
-    c.slip_rate = dot(tangential, qd)
+        directions = _meet_moving(model.places.shapes, model, i, q, qd, v, True, c)
+    take_rows(directions, v, normal, tangential)
     if model.numbers.root == DRIVEN:  # theta is prescribed
         acceleration = _driven(model, t)
         c.gap_bias += normal[0] * acceleration
@@ -310,7 +312,10 @@ def take_beam_state(model: BeamModel, t: float, q: Array, qd: Array, w: Workspac
 def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
     """Gap, slip and gap rate of every place of contact."""
     for i in range(len(contacts.each)):
-        touch_beam(model, i, t, q, qd, w, contacts.each[i], w.vectors[PRODUCT_A], w.vectors[PRODUCT_B])
+        if model.places.each[i].on_side:
+            _meet_in_place(model, i, q, qd, w.vectors, contacts.each[i])
+        else:
+            _meet_moving(model.places.shapes, model, i, q, qd, w.vectors, False, contacts.each[i])
 
 
 @jitable

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.axis import AxisPoint, panel_of
+from oblique_impact.beam.axis import AxisPoint, SectionMotion, panel_of
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT, Array
 
@@ -70,8 +70,8 @@ def _overlap(p: Four, r: Four, z: float) -> float:
     """Integral from -1 to z of the product of two derivatives over z."""
     a, b, c = p[1] * r[1], 2.0 * (p[1] * r[2] + p[2] * r[1]), 3.0 * (p[1] * r[3] + p[3] * r[1]) + 4.0 * p[2] * r[2]
     d, e = 6.0 * (p[2] * r[3] + p[3] * r[2]), 9.0 * p[3] * r[3]
-    at = z * (a + z * (b / 2.0 + z * (c / 3.0 + z * (d / 4.0 + z * e / 5.0))))
-    return at + a - b / 2.0 + c / 3.0 - d / 4.0 + e / 5.0
+    b, c, d, e = b / 2.0, c * (1.0 / 3.0), d / 4.0, e * (1.0 / 5.0)  # products are quicker than quotients
+    return z * (a + z * (b + z * (c + z * (d + z * e)))) + a - b + c - d + e
 
 
 @inlined
@@ -81,8 +81,8 @@ def _whole(s: HermiteShapes, element: int, B: Array) -> Four:
     fall = (B[k - 1] if element > 0 else 0.0) - B[k + 1]
     steep, steeper = length * B[k], length * B[k + 2]
     force = (1.2 * fall + 0.1 * (steep + steeper)) / length
-    first, last = (3.0 * fall + 4.0 * steep - steeper) / 30.0, (3.0 * fall - steep + 4.0 * steeper) / 30.0
-    return force, first, -force, last
+    first, last = 3.0 * fall + 4.0 * steep - steeper, 3.0 * fall - steep + 4.0 * steeper
+    return force, first * (1.0 / 30.0), -force, last * (1.0 / 30.0)
 
 
 @inlined
@@ -98,14 +98,15 @@ def _bend(s: HermiteShapes, B: Array, Bd: Array) -> None:
     """Take the integrals, see `oblique_impact.beam.axis.Shapes`."""
     s.product[1] = 0.0
     for k in range(s.edges.shape[0] - 1):
-        f = _whole(s, k, B)
+        f, rate = _whole(s, k, B), _whole(s, k, Bd)
+        square, mixed, turn = _times(f, k, B), _times(f, k, Bd), _times(rate, k, Bd)
         if k > 0:  # the root has no deflection
             s.product[2 * k] += f[0]
         s.product[2 * k + 1] += f[1]
         s.product[2 * k + 2], s.product[2 * k + 3] = f[2], f[3]
-        s.squares[k + 1] = s.squares[k] + _times(f, k, B)
-        s.rates[k + 1] = s.rates[k] + _times(f, k, Bd)
-        s.turns[k + 1] = s.turns[k] + _times(_whole(s, k, Bd), k, Bd)
+        s.squares[k + 1] = s.squares[k] + square
+        s.rates[k + 1] = s.rates[k] + mixed
+        s.turns[k + 1] = s.turns[k] + turn
 
 
 @jitable
@@ -125,10 +126,24 @@ def _bent_axis(s: HermiteShapes, x: float, B: Array) -> AxisPoint:
 
 
 @jitable
-def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array, v: Array) -> tuple[float, float]:
+def _motion_at(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array) -> tuple[SectionMotion, float]:
+    """Motion of a section, see `oblique_impact.beam.axis.Shapes`."""
+    k, z, beyond = axis.panel, axis.z, axis.beyond
+    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+    slope_rate, curvature_rate = _rate(rate, z) / half, (2.0 * rate[2] + 6.0 * rate[3] * z) / (half * half)
+    u_x_rate = -(s.rates[k] + _overlap(p, rate, z) / half + axis.slope * slope_rate * beyond)
+    u_x_bias = -(s.turns[k] + _overlap(rate, rate, z) / half + slope_rate * slope_rate * beyond)
+    u_y_rate = _value(rate, z) + slope_rate * beyond
+    if beyond != 0.0:
+        curvature_rate = 0.0
+    motion = SectionMotion(axis.u_x, axis.u_y, axis.slope, u_x_rate, u_y_rate, slope_rate, u_x_bias)
+    return motion, curvature_rate
+
+
+@jitable
+def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, v: Array) -> None:
     """Take shape functions at a place, see `oblique_impact.beam.axis.Shapes`."""
-    shapes, slopes, HB = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT]
-    k, z, bending = axis.panel, axis.z, s.turns[axis.panel]
+    shapes, slopes, HB, k, z = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT], axis.panel, axis.z
     for i in range(B.shape[0] + 1):
         shapes[i], slopes[i], HB[i] = 0.0, 0.0, 0.0
     for i in range(2 * k):
@@ -136,30 +151,14 @@ def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array, v: Arra
     if k > 0:
         f = _whole(s, k - 1, B)
         HB[2 * k], HB[2 * k + 1] = f[2], f[3]
-    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
-    bending += _overlap(rate, rate, z) / half
+    half, p = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B)
     for which in range(4):
         i = 2 * k + which
         if i > 0:
             shape = _shape(which, half)
-            HB[i] += _overlap(shape, p, z) / half
             slopes[i] = _rate(shape, z) / half
             shapes[i] = _value(shape, z) + slopes[i] * axis.beyond
-    curving, turning = (2.0 * rate[2] + 6.0 * rate[3] * z) / (half * half), _rate(rate, z) / half
-    if axis.beyond != 0.0:
-        for i in range(B.shape[0] + 1):
-            HB[i] += axis.slope * slopes[i] * axis.beyond
-        bending += turning * turning * axis.beyond
-        curving = 0.0
-    return bending, curving
-
-
-@jitable
-def axis_rates(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array) -> tuple[float, float, float]:
-    """Rates of displacements and slope at a place of the beam."""
-    k, z = axis.panel, axis.z
-    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
-    return -(s.rates[k] + _overlap(p, rate, z) / half), _value(rate, z), _rate(rate, z) / half
+            HB[i] += _overlap(shape, p, z) / half + axis.slope * slopes[i] * axis.beyond
 
 
 class HermiteShapes(_Mesh):
@@ -168,6 +167,7 @@ class HermiteShapes(_Mesh):
     __slots__ = ()
     bend = _bend
     bent_axis = _bent_axis
+    motion_at = _motion_at
     take_shapes = _take_shapes
 
     @classmethod

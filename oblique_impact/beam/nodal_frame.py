@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.axis import place_of, touch_peg
-from oblique_impact.beam.floating_frame import touch_side
-from oblique_impact.beam.hermite import HermiteShapes, axis_rates
+from oblique_impact.beam.axis import Met, meet
+from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
+from oblique_impact.contact.sides_and_pegs import take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
@@ -38,12 +38,14 @@ from oblique_impact.kernels.banded import (
 )
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import (
+    ACROSS,
+    ACROSS_TURNED,
+    ALONG,
+    ALONG_TURNED,
     EFFECTIVE_SLOTS,
     FORCES,
     FREE_ACCELERATION,
     INCREMENT,
-    PRODUCT_A,
-    PRODUCT_B,
     RANK_ONE,
     RESIDUAL,
     SCRATCH_A,
@@ -58,11 +60,10 @@ from oblique_impact.kernels.workspace import (
     dot,
 )
 
-# NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
-MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
-# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M^-1 S, shape functions at the contact point, their
-# slopes there
-COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE, CONTACT_SLOPE = range(8)
+# NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D
+MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND = range(4)
+# NodalModel.vectors: S, P, the rigid rotation x, D x, M^-1 S
+COUPLING, LOAD, RIGID, GRAVITY_RIGID, MASS_RESPONSE = range(5)
 _LANES = 4
 # `Workspace.matrices` of a banded system: columns to solve in, then the factors of effective matrices
 COLUMNS, FIRST_EFFECTIVE = 0, 1
@@ -70,13 +71,14 @@ Three = tuple[Array, Array, Array]
 
 
 class NodalPlaces(NamedTuple):
-    """Places at which the whole beam can touch obstacles, and its state in the floating frame."""
+    """Places at which the beam can touch obstacles, and its state in the floating frame: all m nodal values."""
 
-    shapes: HermiteShapes
+    mesh: HermiteShapes
     each: Any  # (places,) records of `oblique_impact.beam.axis.PLACE`
-    q: Array  # (n + 1,) theta and B
-    qd: Array  # (n + 1,)
-    vectors: Array  # (19, n + 1) see `Workspace`
+    q: Array  # (m + 1,) theta and B
+    qd: Array  # (m + 1,)
+    vectors: Array  # (23, m + 1) see `Workspace`
+    condensed: Array | None  # (n,) the last deflection by n = m - 1 coordinates, of which it is none; else n = m
 
 
 class MeanVelocities(NamedTuple):
@@ -99,17 +101,6 @@ NODAL_NUMBERS = np.dtype(
         ("torque", float),  # on the hub (N m)
         ("kelvin_voigt", float),  # s
         ("mass_proportional", float),  # 1/s
-        # of the contact point on the slope: degrees of freedom that deflection and slope there take, x_F (m),
-        # place e (m) across the beam from its axis, e again, and the slope's angle (rad) and offsets c_n and c_t
-        # (m)
-        ("contact_first", np.int64),
-        ("contact_end", np.int64),
-        ("contact_radius", float),
-        ("fibre", float),
-        ("fibre_turning", float),
-        ("slope_angle", float),
-        ("normal_offset", float),
-        ("tangential_offset", float),
     ],
     align=True,
 )
@@ -119,10 +110,10 @@ class _NodalData(NamedTuple):
     """A nodal beam with n free degrees of freedom, constant during a run."""
 
     numbers: Any  # a record of `NODAL_NUMBERS`
-    bands: Array  # (5, 4, n) diagonals 0..3: bands[b, k, i] is the entry (i, i + k)
+    bands: Array  # (4, 4, n) diagonals 0..3: bands[b, k, i] is the entry (i, i + k)
     mass_factor: Array  # (n + 3, 4) of the mass matrix
-    vectors: Array  # (8, n)
-    places: NodalPlaces | None = None  # in the place of the contact point on the slope: the whole beam
+    vectors: Array  # (5, n)
+    places: NodalPlaces
     massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
     shaking: Shaking | None = None  # of the base
 
@@ -138,133 +129,66 @@ def _frame(model: NodalModel, q: Array, qd: Array) -> tuple[float, float]:
 
 
 @jitable
-def _touch_point(
-    model: NodalModel,
-    q: Array,
-    qd: Array,
-    rows: bool,
-    w: Workspace,
-    at: Candidate,
-    normal_row: Array,
-    tangential_row: Array,
-) -> None:
-    """Gap, slip and rates of the contact point, with `rows` biases and the rows D_B + S (D_theta - x.D_B)/J."""
-    v, u, n = w.vectors, model.vectors, model.numbers
-    e, turning, scratch_a, HB = n.fibre, n.fibre_turning, v[SCRATCH_A], v[SCRATCH_C]
-    shape, slope = u[CONTACT_SHAPE], u[CONTACT_SLOPE]
-    theta, spin = _frame(model, q, qd)
-    band_multiply(model.bands, SHORTENING_BAND, q, HB)
-    rigid, bent, bending = 0.0, 0.0, 0.0
-    for i in range(q.shape[0]):
-        HB[i] -= theta * u[SHORTENING_RIGID, i]
-        rigid += HB[i] * u[RIGID, i]
-        bent += HB[i] * q[i]
-        bending += HB[i] * qd[i]
-    place, speed, phi, phi_rate = 0.0, 0.0, -theta, -spin
-    for i in range(n.contact_first, n.contact_end):
-        place += shape[i] * q[i]
-        speed += shape[i] * qd[i]
-        phi += slope[i] * q[i]
-        phi_rate += slope[i] * qd[i]
-    x = n.contact_radius - 0.5 * (bent - theta * rigid) - e * phi
-    y = place - n.contact_radius * theta + (e - 0.5 * turning * phi * phi)
-    x_rate = -(bending - spin * rigid) - e * phi_rate
-    y_rate = speed - n.contact_radius * spin - turning * phi * phi_rate
-    angle = theta - n.slope_angle
-    c, s = np.cos(angle), np.sin(angle)
-    # -dx/dB and dy/dB of the contact point by the rigid rotation x
-    along, across = rigid + e, n.contact_radius - turning * phi
-    normal = (x * c - y * s + s * along - c * across) / n.inertia
-    tangential = (-x * s - y * c + c * along + s * across) / n.inertia
-    momentum = n.inertia * spin  # S.W'
-    gap_rate, slip_rate = normal * momentum - s * bending, tangential * momentum - c * bending
-    lengthwise, crosswise = e * (phi_rate + spin), turning * phi * (phi_rate + spin)
-    gap_rate -= s * lengthwise + c * crosswise
-    slip_rate -= c * lengthwise - s * crosswise
-    if rows:
-        for i in range(q.shape[0]):
-            normal_row[i] = -s * HB[i] + normal * u[COUPLING, i]
-            tangential_row[i] = -c * HB[i] + tangential * u[COUPLING, i]
-        for i in range(n.contact_first, n.contact_end):
-            normal_row[i] += c * (shape[i] - turning * phi * slope[i]) - s * e * slope[i]
-            tangential_row[i] -= s * (shape[i] - turning * phi * slope[i]) + c * e * slope[i]
-    square, turned, curved = spin * spin, turning * phi_rate * phi_rate, 0.0  # B'^T H B'
-    at.gap, at.slip = x * s + y * c - n.normal_offset, x * c - y * s - n.tangential_offset
-    at.gap_rate, at.slip_rate = gap_rate + c * speed, slip_rate - s * speed
-    if rows:
-        band_multiply(model.bands, SHORTENING_BAND, qd, scratch_a)
-        curved = dot(scratch_a, qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
-        curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
-        at.gap_bias = 2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * curved - c * turned
-        at.slip_bias = -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * curved + s * turned
-
-
-@jitable
-def _take_state(places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array) -> None:
-    """Take the state into the floating frame, where the rows of places are known; of a model that has any."""
-    if places is None:
-        return
+def take_nodal_state(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> None:
+    """Take the state into the floating frame, in which places of contact are known."""
+    places, rigid = model.places, model.vectors[RIGID]
     frame, frame_qd = places.q, places.qd
     frame[0], frame_qd[0] = _frame(model, q, qd)
     for j in range(q.shape[0]):
-        frame[j + 1] = q[j] - frame[0] * model.vectors[RIGID, j]
-        frame_qd[j + 1] = qd[j] - frame_qd[0] * model.vectors[RIGID, j]
-    places.shapes.bend(frame[1:], frame_qd[1:])
+        frame[j + 1] = q[j] - frame[0] * rigid[j]
+        frame_qd[j + 1] = qd[j] - frame_qd[0] * rigid[j]
+    _expand(places.condensed, frame)
+    _expand(places.condensed, frame_qd)
+    places.mesh.bend(frame[1:], frame_qd[1:])
 
 
 @jitable
-def take_nodal_state(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> None:
-    """Take the state in which places are touched and measured."""
-    _take_state(model.places, model, q, qd)
+def _expand(condensed: Array | None, frame: Array) -> None:
+    """Insert the last deflection, which follows the other coordinates; the compiler drops this where none does."""
+    if condensed is None:
+        return
+    n = condensed.shape[0]
+    deflection = dot(condensed, frame[1 : n + 1])
+    frame[n + 1] = frame[n]
+    frame[n] = deflection
 
 
 @jitable
-def _touch_place(
-    places: NodalPlaces, model: NodalModel, i: int, w: Workspace, c: Candidate, normal: Array, tangential: Array
-) -> None:
-    """Gap, slip, rates and biases of one of several places, with the rows D_B + S (D_theta - x.D_B)/J."""
-    frame, frame_qd, v, place = places.q, places.qd, places.vectors, places.each[i]
-    B, Bd, own_normal, own_tangential = frame[1:], frame_qd[1:], v[PRODUCT_A], v[PRODUCT_B]
-    if place.on_side:
-        axis = places.shapes.bent_axis(place.x, B)
-        bending, _ = places.shapes.take_shapes(axis, B, Bd, v)
-        shape, slope, HB = v[SCRATCH_A, 1:], v[SCRATCH_B, 1:], v[SHORTENING_PRODUCT]
-        touch_side(place, 0.0, shape, slope, HB, bending, frame, frame_qd, c, own_normal, own_tangential)
-    else:
-        touch_peg(places.shapes, 0.0, place, frame, frame_qd, v, c, own_normal, own_tangential)
-    _turn_row(model, own_normal, normal)
-    _turn_row(model, own_tangential, tangential)
-    c.gap_rate, c.slip_rate = dot(own_normal, frame_qd), dot(own_tangential, frame_qd)
+def _condense(condensed: Array | None, row: Array) -> None:
+    """Turn a row over all nodes into one over the coordinates, see `_expand`."""
+    if condensed is None:
+        return
+    n = condensed.shape[0]
+    share = row[n]
+    row[n] = row[n + 1]
+    for j in range(n):
+        row[j + 1] += share * condensed[j]
 
 
 @jitable
-def _turn_row(model: NodalModel, row: Array, target: Array) -> None:
-    """Turn a row (n + 1,) over theta and B into one over W."""
-    share = row[0]
-    for i in range(target.shape[0]):
-        share -= model.vectors[RIGID, i] * row[i + 1]
-    share /= model.numbers.inertia
-    for i in range(target.shape[0]):
-        target[i] = row[i + 1] + share * model.vectors[COUPLING, i]
+def _take_point_rows(model: NodalModel, place: Any, met: Met, v: Array) -> None:
+    """Rows (2, n) over W of a point of the beam in the frame, J_B + S (J_theta - x.J_B)/J.
 
-
-@jitable
-def _touch(
-    places: NodalPlaces | None,
-    model: NodalModel,
-    i: int,
-    q: Array,
-    qd: Array,
-    w: Workspace,
-    c: Candidate,
-    normal: Array,
-    tangential: Array,
-) -> None:
-    """Touch the contact point or one of several places; the compiler drops one of the two branches."""
-    if places is None:
-        _touch_point(model, q, qd, True, w, c, normal, tangential)
-    else:
-        _touch_place(places, model, i, w, c, normal, tangential)
+    Those over B are as in :mod:`~oblique_impact.beam.floating_frame`.  Elements hold the function x exactly, so
+    that x.(H B) = u_y, x.Phi = x and x.Phi' = 1.
+    """
+    places, coupling, axis = model.places, model.vectors[COUPLING], met.axis
+    own = places.vectors
+    shape, slope, HB = own[SCRATCH_A, 1:], own[SCRATCH_B, 1:], own[SHORTENING_PRODUCT, 1:]
+    places.mesh.take_shapes(axis, places.q[1:], own)
+    for which in (SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT):
+        _condense(places.condensed, own[which])
+    e, kept, leaning = place.fibre, place.shortening, place.turning * axis.slope
+    along = (kept * axis.u_y + e - met.point.y) / model.numbers.inertia
+    across = (met.point.x - met.x + leaning) / model.numbers.inertia
+    for j in range(coupling.shape[0]):
+        v[ALONG, j] = along * coupling[j] - kept * HB[j] - e * slope[j]
+        v[ACROSS, j] = across * coupling[j] + shape[j] - leaning * slope[j]
+    if not place.on_side:
+        shortened = -0.5 * axis.slope * axis.slope / model.numbers.inertia
+        for j in range(coupling.shape[0]):
+            v[ALONG_TURNED, j] = -axis.slope * slope[j]
+            v[ACROSS_TURNED, j] = slope[j] + shortened * coupling[j]
 
 
 @jitable
@@ -280,60 +204,19 @@ def touch_nodal(
     tangential: Array,
 ) -> None:
     """Gap, slip, their rates and biases of one place of contact in the state taken last, and its rows."""
-    _touch(model.places, model, i, q, qd, w, c, normal, tangential)
-
-
-@jitable
-def _measure_peg(places: NodalPlaces, peg: Any, cosine: float, sine: float, c: Candidate) -> None:
-    """Gap, slip and gap rate of a peg as in `touch_peg`, at cosine and sine of the frame's angle."""
-    spin, B, Bd = places.qd[0], places.q[1:], places.qd[1:]
-    X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
-    x, axis = place_of(places.shapes, 0.0, X, Y, B)
-    u_x_rate, u_y_rate, _ = axis_rates(places.shapes, axis, B, Bd)
-    steep = 1.0 - 0.5 * axis.slope * axis.slope
-    stretch = np.sqrt(steep * steep + axis.slope * axis.slope)
-    nx, ny = -peg.side * axis.slope / stretch, peg.side * steep / stretch
-    rx, ry = x + axis.u_x, axis.u_y
-    c.gap, c.slip = nx * (rx - X) + ny * (ry - Y) - peg.distance, -x
-    c.gap_rate = nx * (u_x_rate - spin * ry) + ny * (u_y_rate + spin * rx)
-
-
-@jitable
-def _measure_side(places: NodalPlaces, place: Any, at: Candidate) -> None:
-    """Gap, slip and gap rate of a place of the beam against a side, as in `touch_side`."""
-    spin, B, Bd, fibre, angle = places.qd[0], places.q[1:], places.qd[1:], place.fibre, places.q[0] - place.angle
-    axis = places.shapes.bent_axis(place.x, B)
-    u_x_rate, u_y_rate, slope_rate = axis_rates(places.shapes, axis, B, Bd)
-    c, s = np.cos(angle), np.sin(angle)
-    x = place.x + axis.u_x - fibre * axis.slope
-    y = axis.u_y + (fibre - 0.5 * place.turning * axis.slope * axis.slope)
-    x_rate = u_x_rate - fibre * slope_rate - spin * y
-    y_rate = u_y_rate - place.turning * axis.slope * slope_rate + spin * x
-    at.gap, at.slip = x * s + y * c - place.normal_offset, x * c - y * s - place.tangential_offset
-    at.gap_rate = s * x_rate + c * y_rate
-
-
-@jitable
-def _measure(
-    places: NodalPlaces | None, model: NodalModel, q: Array, qd: Array, w: Workspace, contacts: Contacts
-) -> None:
-    """Measure the contact point or all places, each in O(1); the compiler drops one of the two branches."""
-    if places is None:
-        _touch_point(model, q, qd, False, w, contacts.each[0], w.vectors[SCRATCH_A], w.vectors[SCRATCH_A])
-    else:
-        cosine, sine = np.cos(places.q[0]), np.sin(places.q[0])
-        for i in range(len(contacts.each)):
-            if places.each[i].on_side:
-                _measure_side(places, places.each[i], contacts.each[i])
-            else:
-                _measure_peg(places, places.each[i], cosine, sine, contacts.each[i])
+    places = model.places
+    met = meet(places.mesh, 0.0, places.each[i], places.q, places.qd, c)
+    _take_point_rows(model, places.each[i], met, w.vectors)
+    take_rows(met.directions, w.vectors, normal, tangential)
 
 
 @jitable
 def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
-    """Gap, slip and gap rate of every place of contact."""
-    _take_state(model.places, model, q, qd)
-    _measure(model.places, model, q, qd, w, contacts)
+    """Gap, slip and gap rate of every place of contact, each in O(1)."""
+    places = model.places
+    take_nodal_state(model, t, q, qd, w)
+    for i in range(len(contacts.each)):
+        meet(places.mesh, 0.0, places.each[i], places.q, places.qd, contacts.each[i])
 
 
 @jitable

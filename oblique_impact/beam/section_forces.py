@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
-from oblique_impact.beam.bent_beam import BentBeam
+from oblique_impact.beam.bent_beam import BentBeam, direction_of
 from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
 from oblique_impact.beam.shaking import base_acceleration, direction_in_frame
 
@@ -133,7 +133,7 @@ def bent_beam(beam: Beam, q: Array, qd: Array) -> BentBeam:
         u.real[part], rate.real[part] = np.moveaxis(sums[stations.cells // table.order].T, 1, 0)
         u.imag[part], rate.imag[part] = np.asarray(stations.values @ B).T, np.asarray(stations.values @ Bd).T
     slope, slope_rate = (np.asarray(stations.slopes @ of.T[1:]).T for of in (q, qd))
-    direction = 1.0 - 0.5 * beam.foreshortening * slope**2 + 1j * slope
+    direction = direction_of(slope, beam.foreshortening)
     turning = (1j - beam.foreshortening * slope) * slope_rate
     arms = beam.operators.sections.hub_radius + stations.points
     return BentBeam(q[:, :1], arms, u, qd[:, :1], rate, direction, turning)

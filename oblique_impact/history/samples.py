@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
+from oblique_impact.beam.bent_beam import direction_of
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.section_forces import Motion, PointLoads, bent_beam, fields_along
 from oblique_impact.contact.state import OBSERVED, State
@@ -139,8 +140,7 @@ def _of_contacts(beam: Beam, samples: Samples, contact_point: Column) -> dict[st
             continue
         assert o.along is not None
         x = np.clip(place[:, i], 0.0, o.sections.length)
-        turn = np.einsum("sn,sn->s", o.along.derivative(x, 1), B)
-        tangent = np.exp(1j * theta) * (1.0 - 0.5 * turn**2 + 1j * turn)
+        tangent = np.exp(1j * theta) * direction_of(np.einsum("sn,sn->s", o.along.derivative(x, 1), B))
         side, (cx, cy) = at.numbers[4], at.numbers[:2]
         normals[:, i] = 1j * side * tangent / np.abs(tangent)
         points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]

@@ -56,7 +56,9 @@ GRAVITY_PRODUCT = 15
 STIFFNESS_PRODUCT = 16
 SHORTENING_PRODUCT = 17  # H B of a place of contact
 DAMPING_PRODUCT = 18  # times B'
-VECTORS = 19
+# rows of the place of a point of a body, along and across it, and of the derivatives along its axis
+ALONG, ACROSS, ALONG_TURNED, ACROSS_TURNED = 19, 20, 21, 22
+VECTORS = 23
 
 # matrices of a dense system: mass, its factor and, from there on, the factors of effective matrices
 MASS, FACTOR, EFFECTIVE = 0, 1, 2
@@ -68,7 +70,7 @@ class Workspace(NamedTuple):
     matrices: (
         Array  # (5, d, d); of banded systems (4, n + 3, 4): columns to solve in, factors of effective matrices
     )
-    vectors: Array  # (19, d)
+    vectors: Array  # (23, d)
 
     @property
     def mass(self) -> Array:

@@ -55,10 +55,8 @@ class Side(NamedTuple):
         The beam lies at `angle` (rad) to the horizontal, the point `reach` (m) from the axis of the root and
         `half_depth` (m) from the beam's axis, towards the side.
         """
-        tilt, (c_n, c_t) = angle - self.angle, self.offsets
-        fibre = self.facing(angle) * half_depth
-        gap = reach * math.sin(tilt) + fibre * math.cos(tilt) - c_n
-        return gap, reach * math.cos(tilt) - fibre * math.sin(tilt) - c_t
+        found = self.slip_and_gap(cmath.exp(1j * angle) * complex(reach, self.facing(angle) * half_depth))
+        return found.imag, found.real
 
 
 class ObstaclePoint(NamedTuple):

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, ShapeFunctions, fit_shapes, place_of, place_record, touch_peg
+from oblique_impact.beam.axis import AxisShapes, ShapeFunctions, fit_shapes, meet, place_of, place_record
+from oblique_impact.beam.floating_frame import take_moving_rows
 from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.contact.sides_and_pegs import take_rows
 from oblique_impact.contact.state import Candidate
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
@@ -49,8 +51,10 @@ def test_axis_of_all_nodes_is_that_of_shape_functions_of_the_mesh(x: float) -> N
     found.bend(B, Bd)
     axes = [shapes.bent_axis(x, B) for shapes in (found, wanted)]
     np.testing.assert_allclose(axes[0], axes[1], rtol=1e-11, atol=1e-14)
-    rates = [s.take_shapes(a, B, Bd, v) for s, a, v in zip((found, wanted), axes, kept, strict=True)]
-    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-11, atol=1e-14)
+    for s, axis, v in zip((found, wanted), axes, kept, strict=True):
+        s.take_shapes(axis, B, v)
+    motions = [np.hstack(s.motion_at(a, B, Bd)) for s, a in zip((found, wanted), axes, strict=True)]
+    np.testing.assert_allclose(motions[0], motions[1], rtol=1e-11, atol=1e-14)
     for row in (SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT):
         a, b = kept[:, row, 1:]
         np.testing.assert_allclose(a, b, rtol=1e-10, atol=1e-13)
@@ -94,7 +98,10 @@ def test_rows_and_accelerations_are_derivatives(
         """Gap and slip, their rates, their accelerations."""
         q, qd = position + t * velocity + 0.5 * t * t * acceleration, velocity + t * acceleration
         shapes.bend(q[1:], qd[1:])
-        touch_peg(shapes, 0.05, peg, q, qd, v, k, *rows)
+        met = meet(shapes, 0.05, peg, q, qd, k)
+        take_moving_rows(shapes, peg, met, q[1:], v)
+        take_rows(met.directions, v, *rows)
+        np.testing.assert_allclose(rows @ qd, [k.gap_rate, k.slip_rate], rtol=1e-11, atol=1e-13)
         return np.array([k.gap, k.slip]), rows @ qd, rows @ acceleration + [k.gap_bias, k.slip_bias]
 
     def difference(which: int, h: float = 2e-4) -> Array:

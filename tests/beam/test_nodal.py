@@ -98,6 +98,38 @@ def test_energies(pair):
     assert_allclose(pair.full.split(pair.W)[1:], pair.T[:, 1:] @ pair.q[1:], atol=1e-15)
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"shape": "face"},
+        {"contact__shortening": False, "contact__point": 0.7},
+        {"contact__point_inertia": "none", "root": "hub"},
+    ],
+    ids=str,
+)
+def test_rows_rates_and_biases_are_derivatives_of_gap_and_slip(changes):
+    """By differences of fourth order along random velocities, without acceleration, and along each coordinate."""
+    full = FullBeam(scenario_of(**changes), fem_beam.build_nodal(scenario_of(**changes)))
+    model, rng, h = full.model, np.random.default_rng(5), 1e-4
+    size, work = full.size, full.model.new_workspace()
+    W = 0.4 * full.operators.rigid + 0.02 * rng.normal(size=size)
+    Wd = -3.0 * full.operators.rigid + rng.normal(size=size)
+
+    def at(t, velocity):
+        e, *rows = touched(model, 0, 0.0, W + t * velocity, velocity, work)
+        return np.array([e.gap, e.slip, e.gap_rate, e.slip_rate]), [e.gap_bias, e.slip_bias], np.array(rows)
+
+    def difference(velocity):
+        values = {n: at(n * h, velocity)[0] for n in (-2, -1, 1, 2)}
+        return (8.0 * (values[1] - values[-1]) - (values[2] - values[-2])) / (12.0 * h)
+
+    now, biases, rows = at(0.0, Wd)
+    assert_allclose(now[2:], rows @ Wd, rtol=1e-10)
+    assert_allclose(difference(Wd), [*now[2:], *biases], rtol=1e-7, atol=1e-7)
+    assert_allclose(rows, np.array([difference(unit)[:2] for unit in np.eye(size)]).T, rtol=1e-8, atol=1e-9)
+
+
 def test_places_that_touch_obstacles_move_as_in_all_modes():
     """Points of the beam on a side, the corner at its end, and a peg."""
     obstacles = (
