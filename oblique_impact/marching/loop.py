@@ -19,7 +19,6 @@ from oblique_impact.contact.forces import (
     guard_values,
     shared_flexibility,
     slides_stretching,
-    sliding_inertia,
     travelled,
 )
 from oblique_impact.contact.impacts import Impulse
@@ -309,9 +308,6 @@ class Run:
     def _relative_inertia(self) -> float:
         """Effective inverse normal mass of the sliding contacts now, relative to that without friction."""
         sliding = [c for c in self._states() if c.state == State.SLIP and not c.compliant]
-        if len(self.contacts.each) == 1 and sliding:
-            c = self._probe().of(0)
-            return sliding_inertia(c) / c.a_nn
         return min((c.definite for c in sliding), default=1.0)
 
     def _pass_guard(self, guard: int) -> None:
