@@ -102,7 +102,10 @@ def test_impulse_and_what_closing_takes_converge_with_the_step():
         ("discretization.modes=0",),
         ("discretization.modes=0", "root.kind=hub", "root.inertia=0.05"),
         ("discretization.modes=6", MEAN_AXIS),
-        ("discretization.modes=3", "discretization.kinetics=full", "beam.kelvin_voigt=0"),
+        pytest.param(
+            ("discretization.modes=3", "discretization.kinetics=full", "beam.kelvin_voigt=0"),
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["nodes", "hub", "modes", "full-undamped"],
 )
