@@ -40,6 +40,14 @@ def run():
 
 
 @pytest.fixture
+def interpreted(monkeypatch):
+    """Run kernels interpreted: for a short run whose combination of model and scheme no other test compiles."""
+    import numba
+
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+
+
+@pytest.fixture
 def cli(capfd, monkeypatch):
     """Call the command line in this process: (exit code, standard output, standard error)."""
     from oblique_impact.command_line.application import main

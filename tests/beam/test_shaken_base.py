@@ -18,6 +18,15 @@ MODELS = {
     "hub": "root.kind=hub root.hub_radius=0.1 root.inertia=0.01 root.torque=1",
 }
 NODES = MODELS["nodes"]
+
+
+@pytest.fixture(autouse=True)
+def nodes_interpreted(request):
+    """All nodes on a base are some hundred steps here, which take less than their kernels take to compile."""
+    if "[nodes]" in request.node.name:
+        request.getfixturevalue("interpreted")
+
+
 SHORT = ["end_time=0.1", "solver.output_interval=0.01", "contact.enabled=false"]
 
 

@@ -28,7 +28,7 @@ quantities = ["period", "impacts_per_period", "max:bending_stress", "supplied", 
 tolerance = 1e-4
 [[axes]]
 key = "base.frequency"
-values = [14.0, 15.0, 16.0, 17.0, 18.0]
+values = [15.0, 16.0, 17.0]
 """
 
 
@@ -94,16 +94,16 @@ def test_a_motion_that_has_not_settled_in_time_has_no_period():
 def test_the_way_up_and_the_way_down_part_where_two_motions_exist(result):
     folder, frame = result
     up, down = (frame[frame["direction"] == way].set_index("base.frequency") for way in ("up", "down"))
-    assert (up["impacts_per_period"] > 0.0).tolist() == [True, True, True, False, False]
-    assert (down["impacts_per_period"] > 0.0).sort_index().tolist() == [True, True, False, False, False]
+    assert (up["impacts_per_period"] > 0.0).tolist() == [True, True, False]
+    assert (down["impacts_per_period"] > 0.0).sort_index().tolist() == [True, False, False]
     assert up.loc[16.0, "max:bending_stress"] > 3.0 * down.loc[16.0, "max:bending_stress"]
     apart = (up["max:bending_stress"] / down["max:bending_stress"]).drop(16.0)
-    assert apart.tolist() == pytest.approx([1.0] * 4, rel=1e-3)
+    assert apart.tolist() == pytest.approx([1.0] * 2, rel=1e-3)
     assert frame["supplied"].tolist() == pytest.approx(frame["energy_lost"].tolist(), rel=2e-3)
     # a row of which the state goes on is what a call finds
-    row = down.loc[17.0]
-    state = tuple(np.array(part) for part in json.loads(down.loc[18.0, "state"]))
-    called = steady_state(make_plan(SWEEP).runs[6].scenario, state, PeriodicSection(tolerance=1e-4))
+    row = down.loc[16.0]
+    state = tuple(np.array(part) for part in json.loads(down.loc[17.0, "state"]))
+    called = steady_state(make_plan(SWEEP).runs[4].scenario, state, PeriodicSection(tolerance=1e-4))
     assert called.summary["periodic"]["samples"] == json.loads(row["samples"])
     assert "svg" in (folder / "report.html").read_text(encoding="utf-8")
 
@@ -112,7 +112,7 @@ def test_a_sweep_of_steady_states_goes_on_where_it_was_interrupted(result):
     """Runs that are there are kept; those after a run that is repeated still go on from its end."""
     folder, _ = result
     whole = pd.read_parquet(folder / TABLE)
-    left = whole[~((whole["direction"] == "up") & (whole["base.frequency"] > 14.5))]
+    left = whole[~((whole["direction"] == "up") & (whole["base.frequency"] > 15.5))]
     left.assign(steps=777).to_parquet(folder / TABLE)
     again = sweep(make_plan(SWEEP), folder, workers=1)
     assert again.frame["samples"].tolist() == whole["samples"].tolist()
@@ -121,7 +121,7 @@ def test_a_sweep_of_steady_states_goes_on_where_it_was_interrupted(result):
 
 def test_a_gap_is_an_axis_too(tmp_path):
     """From one place of the stop to another; the diagram is over the coordinate that changes."""
-    axis = 'key = "base.frequency"\nvalues = [14.0, 15.0, 16.0, 17.0, 18.0]'
+    axis = 'key = "base.frequency"\nvalues = [15.0, 16.0, 17.0]'
     places = 'key = "slope.origin"\nrange = [["1 mm", 0.25], [2e-3, 0.25]]\ncount = 3'
     text = SWEEP.replace(axis, places).replace("[periodic]", '[periodic]\nsample = "gap"\ndirections = ["down"]')
     found = sweep(make_plan(text), tmp_path, workers=1)
