@@ -171,6 +171,10 @@ class Contacts(NamedTuple):
         record = self.each[i]
         return Candidate(*record.item()) if isinstance(self.each, np.ndarray) else record.changed()
 
+    def states(self) -> list[int]:
+        """Return the states of all."""
+        return self.each["state"].tolist() if isinstance(self.each, np.ndarray) else [c.state for c in self.each]
+
 
 class Guards(NamedTuple):
     """Guards: positive while a contact state persists; the first that falls decides the transition."""

@@ -204,12 +204,16 @@ class Run:
         if change.events:
             self._sample()
         failure = self._apply(change, probe)
-        self._jumped = any(_is_rigid(c) for c in self._states())
+        self._jumped = self._is_held()
         return failure
 
     def _states(self) -> list[Candidate]:
         """Return copies of all candidates."""
         return [self.contacts.of(i) for i in range(len(self.contacts.each))]
+
+    def _is_held(self) -> bool:
+        """Whether a rigid contact is closed."""
+        return not self.decision.compliant and any(state != State.FREE for state in self.contacts.states())
 
     def _take_states(self, states: Mapping[int, Candidate]) -> None:
         """Take new states of some candidates."""
@@ -220,7 +224,7 @@ class Run:
         """Return the states of all contacts, (samples, n), at samples of a phase (samples, ny)."""
         if self._steps is not None:
             return self._steps.states(samples)
-        return np.tile(np.array([c.state for c in self._states()], dtype=np.int8), (len(samples), 1))
+        return np.tile(np.array(self.contacts.states(), dtype=np.int8), (len(samples), 1))
 
     @property
     def _leading(self) -> State:
@@ -368,7 +372,7 @@ class Run:
         for i, how in change.passages:
             self._pass_end(i, how, before[i])
         self._stick_axially(change, before)
-        rigid = any(_is_rigid(c) for c in self._states())
+        held = self._is_held()
         self._take_states(change.states)
         # what a scheme knows of accelerations means nothing where a rigid contact begins or ends, velocities jump
         # or a contact has just touched
@@ -376,14 +380,14 @@ class Run:
             before[i].state == state.state == State.FREE and before[i].side == state.side
             for i, state in change.states.items()
         )
-        self._jumped = rigid or back or any(_is_rigid(c) for c in self._states())
+        self._jumped = held or back or self._is_held()
         self._account_for_penetrations(change, before)
         turned = any(state.tilt != before[i].tilt for i, state in change.states.items())
         after = self._probe() if impulses or turned else probe
         struck = dict(change.impulses)
         for i, kind in change.events:
             impulse = struck.pop(i, Impulse(0.0, 0.0, 0.0)) if kind.impulsive else Impulse(0.0, 0.0, 0.0)
-            was, now = before[i], after.of(i)
+            was, now, c = before[i], after.of(i), self.contacts.of(i)
             event = Event(
                 t,
                 kind,
@@ -392,10 +396,10 @@ class Run:
                 was.gap_rate,
                 now.slip_rate,
                 impulse.energy_loss,
-                State(self.contacts.of(i).state),
+                State(c.state),
             )
             self._book.visit(i, was.slip)
-            self._book.enter(i, event, was.slip, self._own(i).copy(), self.contacts.of(i).compliance)
+            self._book.enter(i, event, was.slip, self._own(i).copy(), c.compliance)
             if event.state == State.FREE and change.impulses:
                 self._left[i] = t
         if change.ambiguous:
@@ -571,7 +575,3 @@ class Run:
         else:  # which count forces and places themselves
             segment.stored[:] = self._steps.held(states)
         self.record.segments.append(segment)
-
-
-def _is_rigid(c: Candidate) -> bool:
-    return c.state != State.FREE and not c.compliant

@@ -43,7 +43,7 @@ class Probe:
         self._problem, self._spare, self._t, self._work = problem, spare, t, work
         self._present = [contacts.of(i) for i in range(len(contacts.each))]
         self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
-        self._pushes = [0.0] * len(self._present)
+        self._struck: tuple[Mapping[int, Impulse], list[Candidate]] | None = None
 
     @cached_property
     def _solved(self) -> tuple[list[Candidate], Array, Array, Array]:
@@ -91,7 +91,11 @@ class Probe:
     def after(self, impulses: Mapping[int, Impulse]) -> list[Candidate]:
         """Return all contacts with the velocities that impulses leave, bed ends pushing those that are closed."""
         jump = self.velocity_jump(impulses)
-        return self._solve(self._t, self._q, self._qd + jump) if jump.any() else list(self._solved[0])
+        if not jump.any():
+            return list(self._solved[0])
+        if self._struck is None or self._struck[0] != impulses:  # asked for again as states are decided
+            self._struck = dict(impulses), self._solve(self._t, self._q, self._qd + jump)
+        return list(self._struck[1])
 
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> tuple[list[Candidate], Array]:
         """Return contacts with the velocities that impulses leave, and their Delassus matrix (m, 2, m, 2).
