@@ -255,10 +255,13 @@ class BeamGeometry:
         return np.asarray(points - self.slope_depth * self.contact_normals(k))
 
     def contact_normals(self, k: float) -> Array:
-        """Return the normals of the contacts (contacts, 2), those of points across the undeformed beam."""
-        theta = float(self.value("theta", k))
-        turned = [(p.numbers[1], 1.0) if p.on_side else (theta, p.numbers[4]) for p in self._places]
-        return np.array([(-side * np.sin(angle), side * np.cos(angle)) for angle, side in turned])
+        """Return the normals of the contacts (contacts, 2), those of points across the drawn axis."""
+        across, along = self._directions(self.centreline(k)[:, :2])[1], self.value("contact_place", k)
+        found = np.array([np.interp(along, self.stations, part) for part in across.T]).T
+        for i, place in enumerate(self._places):
+            angle, side = place.numbers[1], place.numbers[4]
+            found[i] = (-np.sin(angle), np.cos(angle)) if place.on_side else side * found[i]
+        return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
 
     def side_of(self, point: ObstaclePoint) -> float:
         """Return on which side of a point the beam is, seen along it: 1 on its left, -1 on its right."""

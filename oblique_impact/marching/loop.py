@@ -51,7 +51,7 @@ from oblique_impact.marching.sampling import Observation, observe, solve_problem
 from oblique_impact.marching.scheme import Prepared, Task
 from oblique_impact.marching.search import nearby
 from oblique_impact.marching.segments import inside_cones, segment_of
-from oblique_impact.marching.step_log import Change
+from oblique_impact.marching.step_log import LoggedChange
 from oblique_impact.progress import Status
 
 MAX_EVENTS = 100_000
@@ -444,7 +444,7 @@ class Run:
                 elif criterion is None or not criterion.located:
                     self._quadratures()[STABILIZATION_LOSS] += -energy if was.state == State.FREE else energy
 
-    def _enter_changes(self, changes: Iterable[Change]) -> None:
+    def _enter_changes(self, changes: Iterable[LoggedChange]) -> None:
         """Enter the changes of contact states that steps have made."""
         for contact, event, slip, own, counted in changes:
             if event.state == State.FREE:

@@ -44,7 +44,7 @@ class Counted(NamedTuple):
         return cls(impact, steps[PEAK], (steps[LEAST], steps[MOST]))
 
 
-class Change(NamedTuple):
+class LoggedChange(NamedTuple):
     """A change of a contact's state in a step."""
 
     contact: int
@@ -54,7 +54,7 @@ class Change(NamedTuple):
     counted: Counted  # before the step
 
     @classmethod
-    def of(cls, row: Array) -> Change:
+    def of(cls, row: Array) -> LoggedChange:
         """Return the change of a row of the log."""
         before, after = int(row[BEFORE]), int(row[AFTER])
         kind = EventKind.REVERSAL
@@ -75,9 +75,9 @@ class StepLog:
     def __init__(self, rows: Array, logged: Sequence[int], n: int) -> None:
         self._rows, self._logged, self._n = rows, logged, n
 
-    def changes(self) -> list[Change]:
+    def changes(self) -> list[LoggedChange]:
         """Return the changes of the last call, in order of time."""
-        return [Change.of(row) for row in self._rows[: self._logged[0]]]
+        return [LoggedChange.of(row) for row in self._rows[: self._logged[0]]]
 
     def states(self, y: Array) -> NDArray[np.int8]:
         """Return the states of all contacts, (samples, n) of state vectors (samples, ny)."""

@@ -43,6 +43,16 @@ def test_magnification_keeps_root_and_contact_point(history):
         np.testing.assert_allclose(b - chord, 7.0 * (a - chord), atol=1e-12)
 
 
+def test_the_normal_of_a_peg_is_across_the_bent_beam(run):
+    """The force along the beam there is the friction: the undeformed beam would give it 1.7 mN more."""
+    history = run("two-pegs", "initial.angle=-0.0499", "beam.kelvin_voigt=1e-3", "end_time=0.1")
+    geometry, friction = BeamGeometry(history), history["contact_lambda_tau"].values
+    k = int(np.argmax(np.abs(np.nan_to_num(friction)).sum(axis=1)))
+    pushes, normals = geometry.pushes(k), geometry.contact_normals(k)
+    along = pushes[:, 0] * normals[:, 1] - pushes[:, 1] * normals[:, 0]
+    assert np.abs(along) == pytest.approx(np.abs(friction[k]), abs=1e-4)
+
+
 def test_the_tube_is_closed_and_wound_outward(history):
     geometry = BeamGeometry(history)
     mesh = pv.PolyData(geometry.tube(strongest(history))[0], geometry.solid.faces)
