@@ -189,8 +189,8 @@ class Decision:
     def after_guard(self, guard: int, lately: Sequence[int], probe: ContactProbe) -> Transition:
         """Return the transition after a guard of a contact fell; raises RunEnded where no state exists.
 
-        `lately` are contacts that an impact has opened a moment ago, see
-        :data:`~oblique_impact.contact.degenerate.ALTERNATING`.
+        `lately` are contacts that an impact has opened a moment ago: impacts may alternate, see
+        :mod:`oblique_impact.contact.degenerate`.
         """
         n = len(self.pairs)
         i, which = divmod(guard, GUARDS) if guard < GUARDS * n else (guard - GUARDS * n, SWITCHED)
