@@ -158,7 +158,7 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
         residual=no_residual if anywhere else beam.residual,
-        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not anywhere else None,
+        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None,
         relative_deflection=beam.relative_deflection,
         flexibility=residual or axial,
     )
