@@ -42,7 +42,7 @@ _SETTLED = 0.01  # change, relative to the tolerance, that another sweep need no
 #: error below which the step is doubled, which multiplies it by 2^POINTS: half of the tolerance is kept in hand
 _EASY = 2.0 ** -(POINTS + 1)
 _SAME = 1e-9  # of the interval: times that differ less are the same sample
-_CLEAR = 2.0  # steps stay so many times the way of the contact point from the slope, whose speed grows in them
+_CLEAR = 2.0  # steps stay so many times the way of the fastest place from any obstacle: its speed grows in them
 #: a step should replace so many Runge-Kutta steps at least; so many are taken before another one is tried
 _COST, _PATIENCE = 4.0, 8
 _TAIL = 2  # Legendre coefficients that estimate the error: f may be even or odd about the middle of a step
@@ -306,7 +306,7 @@ def follow_step(tables: Exponential | None, speed: float, cut: bool) -> None:
 
 @jitable
 def take_exponential_step(flight: Any, tables: Exponential, now: Position, y: Array) -> Step:
-    """Take the longest step of a level up to that of the last one that stays clear of the slope.
+    """Take the longest step of a level up to that of the last one that stays clear of all obstacles.
 
     `flight` is the stepper of the event scheme, which imports this module.  The derivative at the start and then
     at the end is in K[0].  The step is refused if none is worth its time now.
