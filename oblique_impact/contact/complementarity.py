@@ -235,11 +235,7 @@ def _solve_by_pivots(p: ContactProblem, m: int) -> bool:
         elif kind != _SPEED and p.states[k] != OPEN:  # whose friction is rounding
             p.forces[2 * k + 1] += value if kind == _FORTH else -value
         # at a speed that is not rounding friction is at the edge of its cone
-        elif (
-            p.states[k] == STUCK
-            and value > 0.0
-            and abs(p.forces[2 * k + 1]) >= _EDGE * p.friction[k] * p.forces[2 * k]
-        ):
+        elif p.states[k] == STUCK and value > 0.0 and _is_at_edge(p, k):
             along = -p.forces[2 * k + 1]
             if along == 0.0:  # no friction holds it
                 along = _rate(p, m, 2 * k + 1)

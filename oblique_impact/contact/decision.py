@@ -165,7 +165,7 @@ class Decision:
 
     def start(self, probe: ContactProbe, earlier: Mapping[int, Earlier] = {}) -> Transition:
         """Return the states at the start of a run: contacts may touch, press already or go on from `earlier`."""
-        touching, states = [], dict[int, Candidate]()
+        touching, states, passages = list[int](), dict[int, Candidate](), list[tuple[int, AtEnd]]()
         for i, pair in enumerate(self.pairs):
             c = probe.of(i)
             if i in earlier:
@@ -173,10 +173,14 @@ class Decision:
             elif pair.is_beyond(c.slip):
                 if c.gap < -self.tolerances.gap:
                     states[i] = self.free(i, -1.0)
+                elif pair.on_side and not self._is_apart(c):
+                    states[i] = self.free(i, -1.0)
+                    passages.append((i, AtEnd.FALLS_PAST))
             elif not self._is_apart(c) and not (self.stick_criterion and self.stick_criterion.located):
                 touching.append(i)  # with a criterion that is located it falls in the first step
         found = self._touch(touching, probe) if touching else Transition()
         found.states |= states
+        found.passages += passages
         found.events += [(i, EventKind.IMPACT) for i in earlier]
         found.pulls = {i: of.tangential_force for i, of in earlier.items()}
         return found
@@ -233,10 +237,12 @@ class Decision:
         return [i for i in range(len(self.pairs)) if probe.of(i).state != State.FREE]
 
     def _arriving(self, i: int, probe: ContactProbe) -> list[int]:
-        """Return the other candidates that reach their obstacles at the same instant, see `_AT_ONCE`.
+        """Return the other candidates that reach rigid obstacles at the same instant, see `_AT_ONCE`.
 
         One that another brings to rest as well, at the same place, follows without speed.
         """
+        if self.compliant:  # whose forces begin at zero, in any order
+            return []
         tolerances, found = self.tolerances, list[int]()
         for j, pair in enumerate(self.pairs):
             c = probe.of(j)
@@ -297,7 +303,9 @@ class Decision:
         normal = delassus[:, 0, :, 0]
         if degenerate.is_redundant(normal):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
-        sizes = degenerate.close_all(normal, rates) if alternate else self.impact_law.impulses(normal, rates)
+        sizes = self.impact_law.impulses(normal, rates)
+        if alternate:
+            sizes = degenerate.close_all(normal, rates)
         after_rates = rates + normal @ sizes
         impulses = {
             i: Impulse(float(size), 0.0, float(-size * mean))
@@ -507,7 +515,8 @@ class Decision:
                 found[i] = self.slide(c, 0.0 if i in leaves else c.slip_rate, slips[i])
             else:
                 found[i] = c if c.state == State.STICK else stick_at(c)
-        self._check(contacts, kept, found, delassus)
+        if len(contacts) > 1:
+            self._check(contacts, kept, found, delassus)
         return found, several
 
     def _on_axis(

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from oblique_impact.contact.forces import end_push, stop_force
+from oblique_impact.contact.forces import stop_force
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, SLIDING, Candidate, Contacts, Residual
 from oblique_impact.errors import Outcome, RunEnded
@@ -89,7 +89,7 @@ class Probe:
         return np.asarray(np.einsum("iad,jbd->iajb", rows[DIRECTION], rows[RESPONSE]))
 
     def after(self, impulses: Mapping[int, Impulse]) -> list[Candidate]:
-        """Return all contacts with the velocities that impulses leave, bed ends pushing those that are closed."""
+        """Return all contacts with the velocities that impulses leave."""
         jump = self.velocity_jump(impulses)
         if not jump.any():
             return list(self._solved[0])
@@ -98,21 +98,9 @@ class Probe:
         return list(self._struck[1])
 
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> tuple[list[Candidate], Array]:
-        """Return contacts with the velocities that impulses leave, and their Delassus matrix (m, 2, m, 2).
-
-        Beddings push those that lie over their ends.
-        """
+        """Return contacts with the velocities that impulses leave, and their Delassus matrix (m, 2, m, 2)."""
         after = self.after(impulses)
-        chosen = [after[i] for i in contacts]
-        delassus = self.delassus[np.ix_(contacts, range(2), contacts, range(2))]
-        pushes = np.array([end_push(c.changed(state=SLIDING)) for c in chosen])
-        if pushes.any():
-            more = np.tensordot(delassus[:, :, :, 1], pushes, axes=1)
-            chosen = [
-                c.changed(gap_acceleration=c.gap_acceleration + a, slip_acceleration=c.slip_acceleration + b)
-                for c, (a, b) in zip(chosen, more.tolist(), strict=True)
-            ]
-        return chosen, delassus
+        return [after[i] for i in contacts], self.delassus[np.ix_(contacts, range(2), contacts, range(2))]
 
     def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
         """Return q'+ - q'- = M^-1 D^T P by impulses, (d,)."""

@@ -93,6 +93,14 @@ def test_it_falls_past_beyond_an_end_comes_back_and_strikes_again_from_above(nam
     assert last(history, "gap") == pytest.approx(abs(cos(W * end)), abs=4.0 * W * late)
 
 
+@pytest.mark.parametrize("name", LATE)
+def test_a_start_on_the_line_beyond_an_end_falls_past_at_once(name):
+    history = swing(name, 0.0, 1.0, 0.0, 0.5 * QUARTER)
+    (passed,) = history.summary["slope_ends"]
+    assert (passed["how"], passed["time"]) == ("falls past", 0.0)
+    assert kinds_of(history) == []
+
+
 @pytest.mark.parametrize("name", SCHEMES)
 def test_what_an_elastic_stop_stores_at_its_end_is_lost_with_the_contact(name):
     """A block at rest in its stop, pushed along: at the end the spring lets go of (m g)^2/(2 k)."""
