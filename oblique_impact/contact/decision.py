@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from oblique_impact.contact import degenerate
-from oblique_impact.contact.complementarity import Closed, contact_forces
+from oblique_impact.contact.complementarity import Closed, contact_forces, plastic_impulses
 from oblique_impact.contact.forces import (
     OK,
     can_slide,
@@ -262,8 +262,9 @@ class Decision:
         contacts = [*touching, *self._standing(probe)]
         if self.compliant:
             return self._decide(contacts, probe, Transition())
-        contacts += [i for i in lately if i not in contacts]
-        impulses, opened = self._strike(contacts, probe, bool(lately))
+        alternate = bool(lately) and (self.impact_law.restitution == 0.0 or any(i in lately for i in touching))
+        contacts += [i for i in lately if alternate and i not in contacts]
+        impulses, opened = self._strike(contacts, probe, alternate)
         change, staying = Transition(impulses=impulses), [i for i in contacts if i not in opened]
         try:
             return self._decide(staying, probe, change, opened)
@@ -303,17 +304,47 @@ class Decision:
         normal = delassus[:, 0, :, 0]
         if degenerate.is_redundant(normal):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
-        sizes = self.impact_law.impulses(normal, rates)
-        if alternate:
-            sizes = degenerate.close_all(normal, rates)
+        sizes = degenerate.close_all(normal, rates) if alternate else self.impact_law.impulses(normal, rates)
+        found = self._struck(contacts, rates, normal, sizes)
+        if not alternate and found[1] and self._bounces_accumulate(contacts, normal, *found, probe):
+            found = self._struck(contacts, rates, normal, degenerate.close_all(normal, rates))
+        return found
+
+    def _struck(
+        self, contacts: Sequence[int], rates: Array, normal: Array, sizes: Array
+    ) -> tuple[dict[int, Impulse], list[int]]:
+        """Return the impulses of these sizes (N s) with what they take, and the contacts that they open."""
         after_rates = rates + normal @ sizes
         impulses = {
             i: Impulse(float(size), 0.0, float(-size * mean))
             for i, size, mean in zip(contacts, sizes, 0.5 * (rates + after_rates), strict=True)
             if size != 0.0
         }
-        least = tolerance + _STILL * np.max(np.abs(rates))
+        least = self.tolerances.velocity + _STILL * np.max(np.abs(rates))
         return impulses, [i for i, rate in zip(contacts, after_rates, strict=True) if rate > least]
+
+    def _bounces_accumulate(
+        self,
+        contacts: Sequence[int],
+        normal: Array,
+        impulses: Mapping[int, Impulse],
+        opened: Sequence[int],
+        probe: ContactProbe,
+    ) -> bool:
+        """Whether no contact that an impact opens rises far enough to be told from one that stays closed.
+
+        The others are taken to press without friction meanwhile.
+        """
+        after = probe.together(contacts, impulses)[0]
+        accelerations = np.array([c.gap_acceleration for c in after])
+        stay = [k for k, i in enumerate(contacts) if i not in opened]
+        if stay:
+            accelerations += normal[:, stay] @ plastic_impulses(normal[np.ix_(stay, stay)], accelerations[stay])
+        return all(
+            degenerate.bounces_accumulate(c.changed(gap_acceleration=float(a)), self.tolerances, True)
+            for i, c, a in zip(contacts, after, accelerations, strict=True)
+            if i in opened
+        )
 
     def _impulse(self, c: Candidate, restitution: float) -> Impulse:
         """Return the impulse of the impact law in plain numbers: a user-defined one may have others."""

@@ -69,8 +69,6 @@ def _of_one_contact(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 
 def _of_many_contacts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     several = 'with contact.where = "anywhere"'
-    if s.contact.restitution > 0.0:
-        yield "contact.restitution", f"should be 0 {several}: of several contacts it has no limit"
     if not s.contact.shortening:
         yield "contact.shortening", f"should be true {several}"
     if s.discretization.kinetics == "zeroth-order":
