@@ -112,6 +112,7 @@ _MOST_ITERATIONS = 20
 _STALLED, _ROUNDING = 0.5, 1e6
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
+_SAME = 1e-9  # of an energy, what is rounding
 #: steps in which a contact closes: their impulses are those of its impact
 OF_AN_IMPACT = 2
 
@@ -134,6 +135,8 @@ class StepBuffers(NamedTuple):
     problem: ContactProblem
     branches: Array  # (k, 3) of the friction law of all contacts
     static: float  # its static coefficient; negative: it has no stick state
+    rebounds: Array  # (n,) m/s, at which the step after the one that closes a contact opens it again; or 0
+    taken: Array  # (n,) J, by the step that has closed it
     flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
@@ -155,6 +158,8 @@ class StepBuffers(NamedTuple):
             ContactProblem.new(n, friction.rubs),
             branch_table(friction),
             float(friction.static) if friction.rubs and friction.static is not None else -1.0,
+            np.zeros(n),
+            np.zeros(n),
             flexibility,
         )
 
@@ -258,7 +263,10 @@ def _known_rates(stepper: TimeStepper, i: int, h: float) -> tuple[float, float]:
         gap += y.toward[i, 0] * (y.displaced[i] + y.moved[i])
         slip += y.toward[i, 1] * y.moved[i]
     before = b.slipping[i] if stepper.massless else 0.0
-    return gap / _span(stepper, h), slip / _span(stepper, h) + before
+    rate = gap / _span(stepper, h)
+    if b.rebounds[i] > 0.0:
+        rate = min(rate, -b.rebounds[i])
+    return rate, slip / _span(stepper, h) + before
 
 
 @jitable
@@ -367,6 +375,42 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
 
 
 @jitable
+def _solve_step(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> SteppingSolution:
+    """Iterate to the end of a step, with as much restitution as gives no energy."""
+    b, d, trial = stepper.buffers, stepper.buffers.acceleration.shape[0], 0
+    while True:
+        for k in range(b.impulses.shape[0]):
+            b.impulses[k] = 0.0
+        for i in range(b.in_problem.shape[0]):
+            b.in_problem[i] = False
+        found = _iterate(stepper, t, h, slot, clear, y)
+        v0, v1 = y[d : 2 * d], stepper.scratch.y_new[d : 2 * d]
+        trial += 1
+        if found.status != OK or not _gives_too_much(stepper, found.contacts, v0, v1, trial):
+            return found
+
+
+@jitable
+def _gives_too_much(stepper: TimeStepper, m: int, v0: Array, v1: Array, trial: int) -> bool:
+    """Lower the rebounds of a step whose impulses give more energy than its contacts have lost as they closed."""
+    b, rows = stepper.buffers, stepper.contacts.rows[DIRECTION]
+    given, taken, rebounding = 0.0, 0.0, 0.0
+    for k in range(m):
+        i = b.closed[k]
+        if b.rebounds[i] > 0.0:
+            taken += b.taken[i]
+            rebounding += 0.5 * b.impulses[2 * k] * b.rebounds[i]
+        given += 0.5 * b.impulses[2 * k] * (dot(rows[k, 0], v0) + dot(rows[k, 0], v1))
+        if stepper.rubs:
+            given += 0.5 * b.impulses[2 * k + 1] * (b.slipping[i] + dot(rows[k, 1], v1))
+    if rebounding == 0.0 or given <= taken + _SAME * rebounding:
+        return False
+    for i in range(b.rebounds.shape[0]):
+        b.rebounds[i] *= max(1.0 - (given - taken) / rebounding, 0.0) if trial < _MOST_ITERATIONS else 0.0
+    return True
+
+
+@jitable
 def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
     """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
     s, b, rows, each = stepper.scratch, stepper.buffers, stepper.contacts.rows, stepper.contacts.each
@@ -409,6 +453,9 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         counted, forces = counts[COUNTED * i : COUNTED * (i + 1)], tail + d + 2 * i
         if state != b.states[i]:
             _log(stepper, i, state, end, gap_rate, slip_rate_after, before, counted)
+        closes = b.states[i] == OPEN and state != OPEN
+        b.rebounds[i] = stepper.restitution * max(-gap_rate, 0.0) if closes else 0.0
+        b.taken[i] = plastic + friction
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state == OPEN:
@@ -432,6 +479,8 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             counted = counts[COUNTED * i : COUNTED * (i + 1)]
             _log(stepper, i, OPEN, end, each[i].gap_rate, 0.0, before, counted)
             b.states[i] = OPEN
+        if not b.in_problem[i]:
+            b.rebounds[i] = 0.0
         after[tail + d + 2 * n + i] = b.states[i]
     if stepper.yields:
         damping, scheme = end_step(flexibility, h)
@@ -485,6 +534,7 @@ class TimeStepper(NamedTuple):
     rubs: bool  # whether there is friction
     massless: bool  # whether places have no inertia
     yields: bool  # whether there is flexibility behind the places: of places with inertia that along the beam
+    restitution: float
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Measure the gaps."""
@@ -505,14 +555,10 @@ class TimeStepper(NamedTuple):
             slot, h = (0 if length == self.far_step else 1), length
         for j in range(d):
             b.staggered[j] = y[j] + 0.5 * h * y[d + j]
-        for k in range(b.impulses.shape[0]):
-            b.impulses[k] = 0.0
-        for i in range(b.in_problem.shape[0]):
-            b.in_problem[i] = False
         closest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
         take_places(b.flexibility, b.staggered[0], self.contacts)
         clear = closest > self.near and closest > 2.0 * h * fastest
-        found = _iterate(self, now.t, h, slot, clear, y)
+        found = _solve_step(self, now.t, h, slot, clear, y)
         if found.status != OK:
             return refused(found.status, 0.0)
         if b.static < 0.0:
@@ -549,6 +595,7 @@ class TimeSteppingScheme(Scheme):
     near: float
     tolerance: float
     massless: bool = False
+    restitution: float = 0.0
     name = "time-stepping"
     order = 1
 
@@ -611,4 +658,5 @@ class TimeSteppingScheme(Scheme):
             bool(np.any(prepared.own.branches[:, 1:])),  # see `FrictionLaw.rubs`
             self.massless,
             prepared.own.flexibility.pressed.size > 0,
+            float(self.restitution),
         )
