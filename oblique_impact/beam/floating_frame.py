@@ -254,12 +254,12 @@ def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: C
 @inlined
 def take_moving_rows(shapes: Any, place: Any, met: Met, B: Array, v: Array) -> None:
     """Rows (4, n + 1) of a point on the axis and of the derivatives along it, where it has met an obstacle."""
-    phi, shape, slope = met.axis.slope, v[SCRATCH_A, 1:], v[SCRATCH_B, 1:]
+    phi, kept, shape, slope = met.axis.slope, place.shortening, v[SCRATCH_A, 1:], v[SCRATCH_B, 1:]
     shapes.take_shapes(met.axis, B, v)
     _take_point_rows(place, shape, slope, v[SHORTENING_PRODUCT], phi, met.point, v)
-    v[ALONG_TURNED, 0], v[ACROSS_TURNED, 0] = -phi, 1.0 - 0.5 * phi * phi
+    v[ALONG_TURNED, 0], v[ACROSS_TURNED, 0] = -phi, 1.0 - 0.5 * kept * phi * phi
     for j in range(B.shape[0]):
-        v[ALONG_TURNED, j + 1], v[ACROSS_TURNED, j + 1] = -phi * slope[j], slope[j]
+        v[ALONG_TURNED, j + 1], v[ACROSS_TURNED, j + 1] = -kept * phi * slope[j], slope[j]
 
 
 @jitable

@@ -71,8 +71,6 @@ def _of_many_contacts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     several = 'with contact.where = "anywhere"'
     if not s.contact.shortening:
         yield "contact.shortening", f"should be true {several}"
-    if s.discretization.kinetics == "zeroth-order":
-        yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
     steps = s.solver.scheme == "time-stepping"
     if s.contact.point_inertia != "kept" and not steps:
         yield (

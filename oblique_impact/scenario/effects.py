@@ -85,12 +85,6 @@ RULES = (
     Rule("contact", "impact point_inertia", lambda s: s.contact.normal == "rigid", _RIGID),
     Rule(
         "contact",
-        "impact",
-        lambda s: s.contact.friction != "frictionless",
-        'without friction it is Newton\'s; only with contact.friction = "hybrid" or "modified-coulomb"',
-    ),
-    Rule(
-        "contact",
         "residual_flexibility",
         lambda s: s.contact.normal == "spring" and s.contact.where == "point",
         'only with contact.normal = "spring" and contact.where = "point"',

@@ -124,11 +124,9 @@ REFUSED = [
     ("contact.grid", "contact.grid=2", 'only with contact.where = "anywhere"'),
     ("slope.enabled", "slope.enabled=false", "contact.enabled = false is free motion"),
     ("contact.grid", f"{ANYWHERE} contact.grid=1025", "less than or equal to 1024"),
-    ("contact.restitution", f"{ANYWHERE} contact.restitution=0.5", "of several contacts it has no limit"),
     ("contact.impact", f"{ANYWHERE} solver.scheme=time-stepping contact.impact=routh", 'should be "newton"'),
     ("contact.point_inertia", f"{ANYWHERE} {MASSLESS}", 'only solver.scheme = "time-stepping" takes "none"'),
     ("contact.shortening", f"{ANYWHERE} contact.shortening=false", "should be true"),
-    ("discretization.kinetics", f"{ANYWHERE} discretization.kinetics=zeroth-order", '"first-order" or "full"'),
     ("discretization.elements", f"{ABSOLUTE} {ANYWHERE} contact.grid=8 discretization.elements=6", "at least 8"),
     (
         "discretization.nodes",

@@ -174,7 +174,6 @@ IDLE = [
     ("spring", "contact.restitution", "0.5"),
     ("spring", "contact.point_inertia", "none"),
     ("spring", "contact.impact", "routh"),
-    ("smooth", "contact.impact", "routh"),
     ("anywhere", "contact.residual_flexibility", "false"),
     ("smooth", "contact.residual_flexibility", "false"),
     ("nodal", "contact.residual_flexibility", "false"),
