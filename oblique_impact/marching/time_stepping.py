@@ -135,8 +135,8 @@ class StepBuffers(NamedTuple):
     problem: ContactProblem
     branches: Array  # (k, 3) of the friction law of all contacts
     static: float  # its static coefficient; negative: it has no stick state
-    rebounds: Array  # (n,) m/s, at which the step after the one that closes a contact opens it again; or 0
-    taken: Array  # (n,) J, by the step that has closed it
+    rebounds: Array  # (n,) m/s, with which contacts that the last step has closed open in this one; or 0
+    taken: Array  # (1,) J, what contacts lost in the last step, and those that rebounded then had not given back
     flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
@@ -159,7 +159,7 @@ class StepBuffers(NamedTuple):
             branch_table(friction),
             float(friction.static) if friction.rubs and friction.static is not None else -1.0,
             np.zeros(n),
-            np.zeros(n),
+            np.zeros(1),
             flexibility,
         )
 
@@ -393,20 +393,17 @@ def _solve_step(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool
 @jitable
 def _gives_too_much(stepper: TimeStepper, m: int, v0: Array, v1: Array, trial: int) -> bool:
     """Lower the rebounds of a step whose impulses give more energy than its contacts have lost as they closed."""
-    b, rows = stepper.buffers, stepper.contacts.rows[DIRECTION]
-    given, taken, rebounding = 0.0, 0.0, 0.0
+    b, rows, given, rebounding = stepper.buffers, stepper.contacts.rows[DIRECTION], -stepper.buffers.taken[0], 0.0
     for k in range(m):
         i = b.closed[k]
-        if b.rebounds[i] > 0.0:
-            taken += b.taken[i]
-            rebounding += 0.5 * b.impulses[2 * k] * b.rebounds[i]
+        rebounding += 0.5 * b.impulses[2 * k] * b.rebounds[i]
         given += 0.5 * b.impulses[2 * k] * (dot(rows[k, 0], v0) + dot(rows[k, 0], v1))
-        if stepper.rubs:
+        if stepper.rubs and not stepper.yields:
             given += 0.5 * b.impulses[2 * k + 1] * (b.slipping[i] + dot(rows[k, 1], v1))
-    if rebounding == 0.0 or given <= taken + _SAME * rebounding:
+    if rebounding == 0.0 or given <= _SAME * rebounding:
         return False
     for i in range(b.rebounds.shape[0]):
-        b.rebounds[i] *= max(1.0 - (given - taken) / rebounding, 0.0) if trial < _MOST_ITERATIONS else 0.0
+        b.rebounds[i] *= max(1.0 - given / rebounding, 0.0) if trial < _MOST_ITERATIONS else 0.0
     return True
 
 
@@ -429,6 +426,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
     push_places(flexibility, h, b.impulses, b.closed, m)
+    lost, rebounds = 0.0, False
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
@@ -453,9 +451,10 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         counted, forces = counts[COUNTED * i : COUNTED * (i + 1)], tail + d + 2 * i
         if state != b.states[i]:
             _log(stepper, i, state, end, gap_rate, slip_rate_after, before, counted)
+        lost += plastic + friction
+        rebounds = rebounds or b.rebounds[i] > 0.0
         closes = b.states[i] == OPEN and state != OPEN
         b.rebounds[i] = stepper.restitution * max(-gap_rate, 0.0) if closes else 0.0
-        b.taken[i] = plastic + friction
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state == OPEN:
@@ -474,6 +473,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             after[own + FRICTION_LOSS] += friction
             counted[PLASTIC_LOSS] += plastic
             counted[PEAK] = max(counted[PEAK], normal / h)
+    b.taken[0] = lost + (b.taken[0] if rebounds else 0.0)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
             counted = counts[COUNTED * i : COUNTED * (i + 1)]
