@@ -376,9 +376,7 @@ def point_of(place: Any, reach: float, s: SectionMotion, spin: float) -> PointMo
 
 
 @inlined
-def axis_motion(
-    s: SectionMotion, curvature: float, curvature_rate: float, spin: float, kept: float
-) -> AxisMotion:
+def axis_motion(s: SectionMotion, curvature: float, curvature_rate: float, spin: float, kept: float) -> AxisMotion:
     """Return derivatives along the axis of r, v and b at a section: r' = (1 - phi^2/2, phi).
 
     Where the foreshortening is not `kept`, 0 in place of 1, r' = (1, phi).

@@ -262,9 +262,8 @@ class Decision:
         contacts = [*touching, *self._standing(probe)]
         if self.compliant:
             return self._decide(contacts, probe, Transition())
-        alternate = bool(lately) and (self.impact_law.restitution == 0.0 or any(i in lately for i in touching))
-        contacts += [i for i in lately if alternate and i not in contacts]
-        impulses, opened = self._strike(contacts, probe, alternate)
+        contacts += [i for i in lately if i not in contacts]
+        impulses, opened = self._strike(contacts, probe, bool(lately))
         change, staying = Transition(impulses=impulses), [i for i in contacts if i not in opened]
         try:
             return self._decide(staying, probe, change, opened)

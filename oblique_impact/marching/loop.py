@@ -68,6 +68,8 @@ MOST_STEPS = 2e7
 #: sixteen, and longer than a contact takes
 PACE_STEPS = 500_000
 _INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
+#: so often an impact with restitution has opened a contact a moment ago before its impacts are said to alternate
+_OPENINGS = 3
 #: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
 _JUST_OPENED = 1e3
 LONG = 60.0  # s to go, from which on a run says so
@@ -130,7 +132,10 @@ class Run:
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
         self._jumped = False  # velocities, where the phase began
         self._book = Book(self.pairs, self.record.events, self.record.contacts)
-        self._left: dict[int, float] = {}  # s, when an impact has opened a contact
+        # s, when impacts have opened each contact the last times.  Of plastic ones one is enough; others follow each
+        # other by chance, but only a few times
+        openings = 1 if problem.decision.impact_law.restitution == 0.0 else _OPENINGS
+        self._left = [deque[float]([-np.inf] * openings, maxlen=openings) for _ in range(n)]
         self._initial_inertia = 0.0
         self._steps_per_call = problem.scheme.steps_per_call(size)
         if not isinstance(problem.system, tuple):
@@ -326,8 +331,8 @@ class Run:
         recent = ALTERNATING * tolerances.time
         lately = [
             i
-            for i, left in self._left.items()
-            if t - left < recent and abs(probe.of(i).gap) < _JUST_OPENED * tolerances.gap
+            for i, left in enumerate(self._left)
+            if t - left[0] < recent and abs(probe.of(i).gap) < _JUST_OPENED * tolerances.gap
         ]
         change = self.decision.after_guard(guard, lately, probe)
         self._hand_over(change, probe)
@@ -401,7 +406,7 @@ class Run:
             self._book.visit(i, was.slip)
             self._book.enter(i, event, was.slip, self._own(i).copy(), c.compliance)
             if event.state == State.FREE and change.impulses:
-                self._left[i] = t
+                self._left[i].append(t)
         if change.ambiguous:
             self.record.ambiguous.append(t)
         return change.failure

@@ -127,6 +127,29 @@ def test_events_and_impulses_are_those_of_the_event_scheme_to_first_order():
     assert apart[1] < 0.5 * apart[0]
 
 
+def test_bounces_are_those_of_the_event_scheme_to_first_order():
+    """Each contact leaves at half the speed that it comes with, in the step after the one that closes it."""
+    keys = "discretization.modes=4", "contact.friction=frictionless", "beam.kelvin_voigt=0", "end_time=0.386"
+    given = Scenario.builtin("two-pegs", [*keys, "contact.restitution=0.5"]).replace(obstacles=list(PEGS))
+    located, energies = simulate(given), []
+    for step in (1e-5, 2.5e-6):
+        steps = {"solver__contact_step": step, "solver__free_step": step}
+        found = simulate(given.replace(solver__scheme="time-stepping", **steps))
+        assert abs(found.balance["unaccounted"]) < 1e-8 * located.total_energy.values[0] * (step / 2.5e-6)
+        assert len(found.contacts) == len(located.contacts) > 4
+        for peg in (1, 2):
+            own = sorted((c for c in found.contacts if c.obstacle == peg), key=lambda c: c.start)
+            wanted = sorted((c for c in located.contacts if c.obstacle == peg), key=lambda c: c.start)
+            for a, b in zip(own, wanted, strict=True):
+                assert a.end - a.start == pytest.approx(2.0 * step, rel=1e-6)
+                assert a.start == pytest.approx(b.start, abs=20.0 * step)
+                assert a.normal_impulse == pytest.approx(b.normal_impulse, abs=500.0 * step)
+                assert a.energy_loss == pytest.approx(b.energy_loss, abs=1000.0 * step)
+                assert a.energy_loss > 0.0
+        energies.append(found.balance["final"] - located.balance["final"])
+    assert abs(energies[1]) < abs(energies[0]) < 5e-3
+
+
 def test_a_beam_that_rubs_on_a_peg_turns_its_slip_when_located_events_do():
     """Impulses that close a contact have friction here alone: the motion after them differs by a thousandth."""
     # the second one is out of reach: kernels are those of two contacts

@@ -1,10 +1,11 @@
-"""Restitution of several contacts, Newton's in Moreau's form, against solutions by hand: bars on posts, balls in a row.
+"""Restitution of several contacts, Newton's in Moreau's form, by hand: bars on posts, balls in a row.
 
 0 <= P _|_ v+ + e v- >= 0 with the Delassus matrix W of all closed contacts, v+ = v- + W P.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -110,7 +111,7 @@ def near(scheme: str, size: float, event: float = 1e-9):
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("inertia", [0.3, 3.0])
 def test_a_bar_that_lands_flat_leaves_as_flat(inertia, restitution, scheme):
-    """Both ends at 2 m/s, whatever their coupling: P = m v (1 + e)/2 on each, and (1 - e^2) of the energy is lost."""
+    """Both ends at 2 m/s, whatever their coupling: P = m v (1 + e)/2 on each, 1 - e^2 of the energy is lost."""
     found = march(bar(inertia), [0.2, 0.0], [-2.0, 0.0], 0.15, restitution, scheme)
     for contact in (0, 1):
         (impact,) = found.impulsive(contact)
@@ -206,7 +207,7 @@ def test_impacts_that_open_each_other_end(inertia, scheme):
 
 
 def test_an_elastic_bar_keeps_its_energy():
-    """At e = 1 between impacts of one end and of both, located; steps lose of the first order, and gain nothing."""
+    """At e = 1, where impacts are located; steps lose a little, of the first order, and gain nothing."""
     system = bar(0.4, GRAVITY)
     located = march(system, [0.3, 0.05], [0.0, 0.4], 2.0, 1.0)
     assert len(located.record.events) > 10
@@ -222,7 +223,7 @@ def test_an_elastic_bar_keeps_its_energy():
 @pytest.mark.parametrize("inertia", [0.02, 0.05])
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
 def test_ends_that_strike_one_step_after_another_gain_nothing(restitution, inertia):
-    """With W_12 near -W_11 the blow on one end drives the other one in, which has just left, as the first rebounds.
+    """With W_12 near -W_11 the blow on one end drives the other one in, which has just left.
 
     Newton's law alone would give up to nine times the energy there.
     """
@@ -243,7 +244,7 @@ def bounces(restitution: float, step: float) -> tuple[np.ndarray, float]:
     found = march(ball, [0.2], [0.0], 1.0, restitution, "time-stepping", step)
     struck = [e.time for e in found.impulsive(0)]
     # energy between two impacts, which is that of the top
-    tops = [found.energy[np.searchsorted(found.times, 0.5 * (a + b))] for a, b in zip(struck, struck[1:])]
+    tops = [found.energy[np.searchsorted(found.times, 0.5 * (a + b))] for a, b in pairwise(struck)]
     return np.array(tops[:2]) / (GRAVITY * 0.2 * restitution ** np.array([2.0, 4.0])), struck[-1]
 
 
