@@ -132,8 +132,8 @@ class Run:
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
         self._jumped = False  # velocities, where the phase began
         self._book = Book(self.pairs, self.record.events, self.record.contacts)
-        # s, when impacts have opened each contact the last times.  Of plastic ones one is enough; others follow each
-        # other by chance, but only a few times
+        # s, when impacts have opened each contact the last times.  Of plastic ones one is enough; others follow
+        # each other by chance, but only a few times
         openings = 1 if problem.decision.impact_law.restitution == 0.0 else _OPENINGS
         self._left = [deque[float]([-np.inf] * openings, maxlen=openings) for _ in range(n)]
         self._initial_inertia = 0.0
