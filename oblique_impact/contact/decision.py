@@ -1,9 +1,9 @@
 """The decision: which contact states follow, by which impulses, and which events these are (paper Secs. 4-6).
 
 One table for every discretization, scheme and system, and for one contact or several.  A contact that is alone has
-its answer in closed form; those that are closed together are decided together, impacts first, by Moreau's plastic
-impact without friction, then the states by accelerations (:mod:`~oblique_impact.contact.complementarity`).  What
-these rules leave open is in :mod:`~oblique_impact.contact.degenerate`.
+its answer in closed form; those that are closed together are decided together, impacts first, by Newton's law in
+Moreau's form without friction, then the states by accelerations (:mod:`~oblique_impact.contact.complementarity`).
+What these rules leave open is in :mod:`~oblique_impact.contact.degenerate`.
 
 It is ordinary Python, which sees each :class:`~oblique_impact.contact.state.Candidate` in its state with its
 problem at an instant, and answers with a :class:`~oblique_impact.contact.transitions.Transition`.

@@ -8,7 +8,14 @@ With v = q', the means v_m of the velocities and q_m of the coordinates of a ste
 over all places, with gaps g and rows C at x0 = q0 + h v0/2 (Moreau 1988; Stewart and Trinkle 1996).  These
 staggered coordinates go on by x1 = x0 + h v1, so that the gap that is closed is that of x1: it is zero but for h^2
 times its acceleration, and does not drift.  A contact closes within two steps, whose velocities end at -g/h and at
-zero.
+zero or, with a coefficient of restitution e, at e r where it came with C_n v0 = -r: then the second step asks for
+
+    0 <= P_n _|_ C_n v1 - e r >= 0
+
+of the contacts that the first one has closed, Newton's law in Moreau's form (Moreau 1988; Acary and Brogliato,
+Numerical Methods for Nonsmooth Dynamical Systems, 2008).  Bounces that come down within a step end there.  The
+impulses of a step give no more energy than those of the last one took: where contacts that close one after another
+would, e r is lowered.
 
 Where places have no inertia (Renard 2010; Pozzolini and Salaun, ESAIM M2AN 45, 2011) the gaps g1 at the end of the
 step obey 0 <= P_n _|_ g1 >= 0, and the slips between its ends Coulomb's law: of the mid-point rule

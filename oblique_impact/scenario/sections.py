@@ -289,7 +289,9 @@ class ContactSection(InputSection):
         "newton", "impact on a rigid stop: without friction (Newton), or with the friction law (Routh)"
     )
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = key(
-        0.0, "coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's"
+        0.0,
+        "coefficient of restitution of an impact on a rigid stop, Newton's, in Moreau's form of several contacts, "
+        "or (Routh) Poisson's",
     )
     point_inertia: Literal["kept", "none"] = key(
         "kept",
