@@ -222,7 +222,6 @@ def scheme_of(scenario: Scenario) -> Scheme:
             NEAR * scenario.beam.length,
             ITERATIONS * v.tolerance,
             massless=scenario.contact.point_inertia == "none",
-            restitution=scenario.contact.restitution,
         )
     return EventScheme(v.tolerance)
 

@@ -35,6 +35,7 @@ from oblique_impact.marching.loop import Run
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -195,7 +196,7 @@ def simulate_system(
     ------
     InputError
         If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real, or
-        `axial_flexibility` is given with other laws.
+        `axial_flexibility` or time-stepping is given with other laws.
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
@@ -207,6 +208,8 @@ def simulate_system(
             stops = "an ElasticStop without damping or, with EventScheme and NewtonImpact, a rigid stop"
             words = f"should be at least 0, with Coulomb friction and {stops}"
             raise InputError(f"axial_flexibility = {axial_flexibility:g}: {words}")
+    if isinstance(scheme, TimeSteppingScheme) and not isinstance(impact_law or NewtonImpact(), NewtonImpact):
+        raise InputError("impact_law: should be a NewtonImpact with TimeSteppingScheme, which has no other")
     q0, qd0 = own_numbers(q0, (system.size,), "q0"), own_numbers(qd0, (system.size,), "qd0")
     system = _checked(system, q0, qd0)
     scheme = scheme or EventScheme(1e-10)

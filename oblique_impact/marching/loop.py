@@ -120,8 +120,9 @@ class Run:
         tolerances = problem.decision.tolerances
         self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, n)
         times, flexibility = (problem.output_interval, problem.end_time), self.problem.flexibility
+        friction, restitution = problem.decision.friction, problem.decision.impact_law.restitution
         own = problem.scheme.buffers(
-            Task(size, n, self._y.size, *times, problem.decision.friction, problem.modes, flexibility)
+            Task(size, n, self._y.size, *times, friction, restitution, problem.modes, flexibility)
         )
         packed, law = is_compiled(problem.system), problem.decision.law
         free = [self.decision.free(i).changed(enabled=int(problem.contact)) for i in range(n)]
@@ -134,7 +135,7 @@ class Run:
         self._book = Book(self.pairs, self.record.events, self.record.contacts)
         # s, when impacts have opened each contact the last times.  Of plastic ones one is enough; others follow
         # each other by chance, but only a few times
-        openings = 1 if problem.decision.impact_law.restitution == 0.0 else _OPENINGS
+        openings = 1 if restitution == 0.0 else _OPENINGS
         self._left = [deque[float]([-np.inf] * openings, maxlen=openings) for _ in range(n)]
         self._initial_inertia = 0.0
         self._steps_per_call = problem.scheme.steps_per_call(size)

@@ -35,6 +35,7 @@ class Task(NamedTuple):
     output_interval: float  # s
     end_time: float  # s
     friction: FrictionLaw
+    restitution: float  # of impacts
     modes: NormalModes | None = None  # where the linear part of the system is known
     flexibility: Flexibility | None = None  # behind the contact rows, at rest
 

@@ -142,13 +142,16 @@ class StepBuffers(NamedTuple):
     problem: ContactProblem
     branches: Array  # (k, 3) of the friction law of all contacts
     static: float  # its static coefficient; negative: it has no stick state
+    restitution: float
     rebounds: Array  # (n,) m/s, with which contacts that the last step has closed open in this one; or 0
     taken: Array  # (1,) J, what contacts lost in the last step, and those that rebounded then had not given back
     flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
 
     @classmethod
-    def new(cls, n: int, size: int, friction: FrictionLaw, flexibility: Flexibility) -> StepBuffers:
-        """Allocate the buffers of n contacts with a friction law."""
+    def new(
+        cls, n: int, size: int, friction: FrictionLaw, restitution: float, flexibility: Flexibility
+    ) -> StepBuffers:
+        """Allocate the buffers of n contacts with a friction law and a coefficient of restitution."""
         return cls(
             np.zeros(size),
             np.zeros(n),
@@ -165,6 +168,7 @@ class StepBuffers(NamedTuple):
             ContactProblem.new(n, friction.rubs),
             branch_table(friction),
             float(friction.static) if friction.rubs and friction.static is not None else -1.0,
+            float(restitution),
             np.zeros(n),
             np.zeros(1),
             flexibility,
@@ -461,7 +465,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         lost += plastic + friction
         rebounds = rebounds or b.rebounds[i] > 0.0
         closes = b.states[i] == OPEN and state != OPEN
-        b.rebounds[i] = stepper.restitution * max(-gap_rate, 0.0) if closes else 0.0
+        b.rebounds[i] = b.restitution * max(-gap_rate, 0.0) if closes else 0.0
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state == OPEN:
@@ -541,7 +545,6 @@ class TimeStepper(NamedTuple):
     rubs: bool  # whether there is friction
     massless: bool  # whether places have no inertia
     yields: bool  # whether there is flexibility behind the places: of places with inertia that along the beam
-    restitution: float
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Measure the gaps."""
@@ -602,7 +605,6 @@ class TimeSteppingScheme(Scheme):
     near: float
     tolerance: float
     massless: bool = False
-    restitution: float = 0.0
     name = "time-stepping"
     order = 1
 
@@ -617,9 +619,8 @@ class TimeSteppingScheme(Scheme):
 
     def buffers(self, task: Task) -> StepBuffers:  # noqa: D102
         flexibility = task.flexibility if task.friction.rubs or self.massless else None
-        return StepBuffers.new(
-            task.contacts, task.size, task.friction, (flexibility or Flexibility.none()).at_rest()
-        )
+        behind = (flexibility or Flexibility.none()).at_rest()
+        return StepBuffers.new(task.contacts, task.size, task.friction, task.restitution, behind)
 
     def step_log(self, prepared: Prepared) -> StepLog:  # noqa: D102
         return StepLog(prepared.own.log, prepared.own.logged, prepared.own.states.size)
@@ -665,5 +666,4 @@ class TimeSteppingScheme(Scheme):
             bool(np.any(prepared.own.branches[:, 1:])),  # see `FrictionLaw.rubs`
             self.massless,
             prepared.own.flexibility.pressed.size > 0,
-            float(self.restitution),
         )

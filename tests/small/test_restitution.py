@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from oblique_impact import MechanicalSystem, Outcome
+from oblique_impact import MechanicalSystem, Outcome, simulate_system
 from oblique_impact.contact.decision import Decision
 from oblique_impact.contact.friction import Frictionless
-from oblique_impact.contact.impacts import NewtonImpact
+from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
 from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import Tolerances
 from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import InputError
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Run
 from oblique_impact.marching.problem import Problem
@@ -80,7 +81,7 @@ def march(system, q0, qd0, end, restitution, scheme="event", step=STEP) -> March
     """Run a system whose lengths are metres and whose times are seconds."""
     marching = EventScheme(1e-10)
     if scheme == "time-stepping":
-        marching = TimeSteppingScheme(step, step, 1.0, 1e-12, restitution=restitution)
+        marching = TimeSteppingScheme(step, step, 1.0, 1e-12)
     laws = Frictionless(), NewtonImpact(restitution), Tolerances.of(1.0, 1.0, 1.0)
     pairs = [ContactPair(obstacle=i) for i in range(len(system.gaps))]
     q0, qd0 = np.array(q0, dtype=float), np.array(qd0, dtype=float)
@@ -256,3 +257,10 @@ def test_a_ball_bounces_lower_by_the_square_of_the_restitution():
         heights, end = bounces(restitution, step)
         assert heights == pytest.approx(np.ones(2), abs=10.0 * step * GRAVITY / (GRAVITY * fall))
         assert end == pytest.approx(rest, abs=40.0 * step)
+
+
+def test_time_stepping_knows_no_other_law_of_impacts():
+    ball, start = Linear([1.0], [[1.0]], [-GRAVITY]), (np.array([0.2]), np.zeros(1))
+    scheme = TimeSteppingScheme(STEP, STEP, 1.0, 1e-12)
+    with pytest.raises(InputError, match="impact_law: should be a NewtonImpact"):
+        simulate_system(ball, *start, 0.1, scheme=scheme, impact_law=RouthImpact(0.3))
