@@ -2,8 +2,7 @@
 
 Grazing             a gap that closes without speed: there is nothing that an impulse could take
 Accumulated bounces  infinitely many in a finite time (Zeno), too short to resolve: contact stays closed
-Alternating impacts  of several contacts, each opened by the impact of another: all close, at the latest when no
-                     bounce of them is long enough to resolve
+Alternating impacts  of several contacts, each opened by the impact of another: all close
 Parallel rows       the tangential row of a contact adds nothing to the normal one: no force holds its slip
 Redundant constraints  of several contacts: their forces are not determined
 Painleve            the force of a sliding contact grows without bound

@@ -198,7 +198,7 @@ def test_the_ends_of_a_bar_bounce_until_both_rest(scheme):
 def test_impacts_that_open_each_other_end(inertia, scheme):
     """A bar rocks from end to end, each of its impacts driving or lifting the other end, until it lies still."""
     system = bar(inertia, GRAVITY)
-    found = march(system, [0.1, 0.08], [0.0, 0.0], 3.0, 0.6, scheme)
+    found = march(system, [0.1, 0.08], [0.0, 0.0], 1.5, 0.4, scheme)
     assert len(found.record.events) < 400
     assert system.gaps @ found.q[-1] == pytest.approx([0.0, 0.0], abs=1e-8)
     assert found.qd[-1] == pytest.approx([0.0, 0.0], abs=1e-8)
