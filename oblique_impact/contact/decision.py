@@ -303,9 +303,8 @@ class Decision:
         normal = delassus[:, 0, :, 0]
         if degenerate.is_redundant(normal):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
-        sizes = degenerate.close_all(normal, rates) if alternate else self.impact_law.impulses(normal, rates)
-        found = self._struck(contacts, rates, normal, sizes)
-        if not alternate and found[1] and self._bounces_accumulate(contacts, normal, *found, probe):
+        found = self._struck(contacts, rates, normal, self.impact_law.impulses(normal, rates))
+        if alternate or (found[1] and self._bounces_accumulate(contacts, normal, *found, probe)):
             found = self._struck(contacts, rates, normal, degenerate.close_all(normal, rates))
         return found
 
