@@ -201,7 +201,7 @@ UNACCOUNTED = {"event": 1e-8, "fixed-step": 3e-4, "generalized-alpha": 3e-4, "ti
 UNACCOUNTED["energy-consistent"] = 1e-8
 #: gaps of rigid stops (m): fixed steps close a contact where a step has ended in it
 PENETRATION = {"event": 1e-9, "fixed-step": SPEED * STEP, "generalized-alpha": 1e-9, "time-stepping": 1e-6}
-#: slip (m/s) along with its friction where it is not located that the slip turns, of some 2,000 m/s^2
+#: slip (m/s) along with its friction; where it is not located that the slip turns, its change in a step
 DRIVEN = {"event": 1e-9, "generalized-alpha": 1e-8}
 
 
@@ -233,6 +233,7 @@ def faults(history: History) -> Iterator[str]:
     scheme, energy = s.solver.scheme, history.balance
     normal, along = history["contact_lambda_n"].values, history["contact_lambda_tau"].values
     slip, largest = history["contact_slip_rate"].values, max(1.0, float(normal.max()))
+    turn = float((np.abs(np.diff(slip, axis=0)) * (normal[1:] > 0.0)).max())
     if history.outcome not in PHYSICAL:
         yield f"ended as {history.outcome.label}: {history.summary['message']}"
     if not abs(energy["unaccounted"]) <= UNACCOUNTED[scheme]:
@@ -250,7 +251,7 @@ def faults(history: History) -> Iterator[str]:
     mu = {"frictionless": 0.0, "hybrid": c.mu_static, "modified-coulomb": c.mu_kinetic}[c.friction]
     if c.friction == "modified-coulomb" and scheme == "fixed-step":
         # a step that passes the end of a branch ends on the same straight line
-        mu *= 1.0 + float(np.abs(np.diff(slip, axis=0)).max()) / (c.regularization[1] - c.regularization[0])
+        mu *= 1.0 + turn / (c.regularization[1] - c.regularization[0])
     outside = float((np.abs(along) - mu * normal).max())
     if not outside <= 1e-6 * largest:
         yield f"a force {outside:.2g} N outside of its cone"
@@ -258,7 +259,7 @@ def faults(history: History) -> Iterator[str]:
     slides = (history["contact_state"].values != State.STICK) & (c.point_inertia == "kept")
     slides &= not c.axial_flexibility
     driven = float((along * slip * slides).max())
-    if not driven <= DRIVEN.get(scheme, 2000.0 * STEP) * largest:
+    if not driven <= DRIVEN.get(scheme, turn) * largest:
         yield f"friction that drives, {driven:.2g} W"
     # summed here, as the variables and the macro-collisions have them
     if not np.allclose(history["lambda_n"].values, normal.sum(axis=1), rtol=1e-12, atol=0.0):
