@@ -244,7 +244,10 @@ def faults(history: History) -> Iterator[str]:
     gaps = gaps_of_places(history)
     if c.normal == "rigid" and c.point_inertia == "kept" and not -gaps.min() <= PENETRATION[scheme]:
         yield f"{-gaps.min():.2g} m of penetration"
-    if c.normal == "spring" and c.damping == 0.0 and not np.all(normal[gaps < -SPEED * STEP] > 0.0):
+    undamped = (
+        c.damping == getattr(c, "linear_damping", 0.0) == 0.0
+    )  # a damper lets go of a stop that is pressed in
+    if c.normal == "spring" and undamped and not np.all(normal[gaps < -SPEED * STEP] > 0.0):
         yield f"no force at a depth of {-gaps[normal == 0.0].min():.2g} m"
     if not normal.min() >= 0.0:
         yield f"a tension of {-normal.min():.2g} N"
