@@ -446,7 +446,7 @@ class Run:
 
     def _enter_changes(self, changes: Iterable[LoggedChange]) -> None:
         """Enter the changes of contact states that steps have made."""
-        for contact, event, slip, own, counted in changes:
+        for contact, _, event, slip, own, counted in changes:
             if event.state == State.FREE:
                 self._book.count(contact, counted)
             self._book.enter(contact, event, slip, own)
@@ -541,10 +541,10 @@ class Run:
         if count:
             times, states = times[:count], states[:count]
             last = float(times[-1])
-            self._enter_changes(change for change in changes if change.event.time <= last)
+            self._enter_changes(change for change in changes if change.step_end <= last)
             self._store(times, states, self._observe(times, states))
             self._set_mark(last, states[-1])
-        self._enter_changes(change for change in changes if last < change.event.time <= self._now.t)
+        self._enter_changes(change for change in changes if last < change.step_end <= self._now.t)
         if not large.any():
             self._take_peaks()
         if large.any() or self._large_deflection(self._y[None]).any():

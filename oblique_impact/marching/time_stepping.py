@@ -7,8 +7,15 @@ With v = q', the means v_m of the velocities and q_m of the coordinates of a ste
 
 over all places, with gaps g and rows C at x0 = q0 + h v0/2 (Moreau 1988; Stewart and Trinkle 1996).  These
 staggered coordinates go on by x1 = x0 + h v1, so that the gap that is closed is that of x1: it is zero but for h^2
-times its acceleration, and does not drift.  A contact closes within two steps, whose velocities end at -g/h and at
-zero.
+times its acceleration, and does not drift.
+
+The step that closes a contact is aimed: the one before it is shortened, or itself lengthened, so that x0 is on
+the obstacle.  The velocity at its end is then zero at once, not -g/h with whatever gap g the steps happen to find:
+that also turns the beam, and decides the direction of friction under the largest impulse of all.  What the aim
+leaves of g is closed in a second step.
+
+A contact begins where its gap vanishes on the line from x0, and ends where its force does, between the middle of
+its last step and that of the next, in which it would have to pull.  Other changes are in the middle of their step.
 
 Where places have no inertia (Renard 2010; Pozzolini and Salaun, ESAIM M2AN 45, 2011) the gaps g1 at the end of the
 step obey 0 <= P_n _|_ g1 >= 0, and the slips between its ends Coulomb's law: of the mid-point rule
@@ -100,6 +107,7 @@ from oblique_impact.marching.step_log import (
     PEAK,
     PLASTIC_LOSS,
     SLIPPING_RATE,
+    STEP_END,
     STEPS,
     TIME,
     StepLog,
@@ -112,6 +120,10 @@ _MOST_ITERATIONS = 20
 _STALLED, _ROUNDING = 0.5, 1e6
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
+#: of a step: what is left of it until a contact closes, from which on a shorter step is worth it
+_LEAST_PART = 0.25
+#: of a step: less is not left until a stop, but taken with the step before
+_LEAST_LEFT = 0.5
 #: steps in which a contact closes: their impulses are those of its impact
 OF_AN_IMPACT = 2
 
@@ -123,10 +135,11 @@ class StepBuffers(NamedTuple):
     gaps: Array  # (n,) at the staggered coordinates; inf of a place that is beyond its side
     closed: NDArray[np.int64]  # (n,) the contacts of the problem, m of them
     states: NDArray[np.int64]  # (n,) of every contact
-    log: Array  # (rows, 20) changes of states
+    log: Array  # (rows, 21) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
     resumed: Array  # (n, 8) what is counted at the start of a run
     factored: Array  # (3,) s, step of each effective matrix
+    latest: Array  # (1,) s, of the last change in the log, behind which none is
     staggered: Array  # (d,) coordinates q0 + h v0/2
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
     slipping: Array  # (n,) m/s, slip velocities of these before the step
@@ -148,6 +161,7 @@ class StepBuffers(NamedTuple):
             np.zeros(1, dtype=np.int64),
             np.zeros((n, COUNTED)),
             np.zeros(EFFECTIVE_SLOTS),
+            np.zeros(1),
             np.zeros(size),
             np.zeros(n, dtype=np.bool_),
             np.zeros(n),
@@ -186,6 +200,32 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
         b.gaps[i] = c.gap if c.side > 0.0 and not beyond else np.inf
         closest, fastest = min(closest, b.gaps[i]), max(fastest, abs(c.gap_rate))
     return closest, fastest
+
+
+@jitable
+def _stagger(stepper: TimeStepper, t: float, h: float, y: Array) -> tuple[float, float]:
+    """Take the staggered coordinates of a step from t; the smallest gap (m) there and the largest speed (m/s)."""
+    x, d = stepper.buffers.staggered, stepper.buffers.acceleration.shape[0]
+    for j in range(d):
+        x[j] = y[j] + 0.5 * h * y[d + j]
+    return _measure_gaps(stepper, t + 0.5 * h, x, y[d : 2 * d])
+
+
+@jitable
+def _aimed(stepper: TimeStepper, h: float) -> float:
+    """Length (s) of a step that would be h, so that what closes in this one or the next does so without a gap.
+
+    It is from a quarter of h to one and a half.
+    """
+    b, part = stepper.buffers, 1.0
+    still = _STILL * stepper.scratch.tolerances.velocity
+    for i in range(b.gaps.shape[0]):
+        rate = stepper.contacts.each[i].gap_rate
+        if b.states[i] == OPEN and b.gaps[i] > 0.0 and rate < -still:
+            part = min(part, b.gaps[i] / (-h * rate))
+    if part == 1.0:
+        return h
+    return h * part if part > _LEAST_PART else h * (1.0 + 2.0 * part)
 
 
 @jitable
@@ -408,7 +448,8 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             )
         counted, forces = counts[COUNTED * i : COUNTED * (i + 1)], tail + d + 2 * i
         if state != b.states[i]:
-            _log(stepper, i, state, end, gap_rate, slip_rate_after, before, counted)
+            t = _time_of_change(stepper, k, m, state, end, h, gap_rate, before[forces], counted[STEPS])
+            _log(stepper, i, state, t, end, gap_rate, slip_rate_after, before, counted)
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
         if state == OPEN:
@@ -430,7 +471,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
             counted = counts[COUNTED * i : COUNTED * (i + 1)]
-            _log(stepper, i, OPEN, end, each[i].gap_rate, 0.0, before, counted)
+            _log(stepper, i, OPEN, end - 0.5 * h, end, each[i].gap_rate, 0.0, before, counted)
             b.states[i] = OPEN
         after[tail + d + 2 * n + i] = b.states[i]
     if stepper.yields:
@@ -446,24 +487,60 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
 
 
 @jitable
+def _time_of_change(
+    stepper: TimeStepper,
+    k: int,
+    m: int,
+    state: int,
+    end: float,
+    h: float,
+    gap_rate: float,
+    force: float,
+    steps: float,
+) -> float:
+    """Time (s) at which contact k of m in the problem changes to a state, in a step of length h up to `end`.
+
+    The gap rate (m/s) is that before the step, the normal force (N) that of the step before, the number of steps
+    that of the contact until then.
+    """
+    b, p = stepper.buffers, stepper.buffers.problem
+    i, middle = b.closed[k], end - 0.5 * h
+    if b.states[i] == OPEN:
+        late = b.gaps[i] / -gap_rate if gap_rate < 0.0 else 0.0
+        return middle + min(max(late, 0.0), 0.5 * h)
+    if state != OPEN:
+        return middle
+    if steps <= 1.0:
+        return end - h
+    rate = p.rates[2 * k]
+    for column in range(2 * m):
+        rate += p.delassus[2 * k, column] * p.forces[column]
+    pull = rate / (p.delassus[2 * k, 2 * k] * h)  # N, that would hold it
+    return middle - h * pull / (force + pull) if force > 0.0 else end - h
+
+
+@jitable
 def _log(
     stepper: TimeStepper,
     i: int,
     state: int,
     t: float,
+    end: float,
     gap_rate: float,
     slip_rate: float,
     quadratures: Array,
     counted: Array,
 ) -> None:
-    """Log a change of the state of contact i; begin to count anew if it closes."""
+    """Log a change of the state of contact i at t in the step that ends at `end`; count anew if it closes."""
     b, own, slip = stepper.buffers, QUADRATURES + OF_A_CONTACT * i, stepper.contacts.each[i].slip
     row = b.log[b.logged[0]]
     if b.states[i] == OPEN:
         for k in range(COUNTED):
             counted[k] = 0.0
         counted[LEAST] = counted[MOST] = slip
-    row[TIME], row[CONTACT], row[BEFORE], row[AFTER] = t, i, b.states[i], state
+    b.latest[0] = max(b.latest[0], t)
+    row[TIME], row[STEP_END] = b.latest[0], end
+    row[CONTACT], row[BEFORE], row[AFTER] = i, b.states[i], state
     row[AT_SLIP], row[CLOSING_RATE], row[SLIPPING_RATE] = slip, gap_rate, slip_rate
     copy(quadratures[own : own + OF_A_CONTACT], row[OWN:LOGGED])
     copy(counted, row[LOGGED:])
@@ -500,16 +577,25 @@ class TimeStepper(NamedTuple):
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Take a step with all its contacts."""
         b, h = self.buffers, end - now.t  # as the clock counts
-        d, slot = b.acceleration.shape[0], 2
+        slot = 2
         if length == now.h:
             slot, h = (0 if length == self.far_step else 1), length
-        for j in range(d):
-            b.staggered[j] = y[j] + 0.5 * h * y[d + j]
         for k in range(b.impulses.shape[0]):
             b.impulses[k] = 0.0
         for i in range(b.in_problem.shape[0]):
             b.in_problem[i] = False
-        closest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
+        closest, fastest = _stagger(self, now.t, h, y)
+        if length == now.h:
+            left, wanted = self.limits.t_stop - now.t, h
+            if not self.massless and closest < h * fastest:
+                wanted = _aimed(self, h)
+            if left - wanted < _LEAST_LEFT * h:  # in a shorter step what is left of a gap would be a velocity
+                wanted, end = left, self.limits.t_stop
+            elif wanted != h:
+                end = now.t + wanted
+            if wanted != h:
+                slot, h = 2, wanted
+                closest, fastest = _stagger(self, now.t, h, y)
         take_places(b.flexibility, b.staggered[0], self.contacts)
         clear = closest > self.near and closest > 2.0 * h * fastest
         found = _iterate(self, now.t, h, slot, clear, y)
@@ -580,7 +666,7 @@ class TimeSteppingScheme(Scheme):
             slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
             b.states[i] = STUCK if contact.state == State.STICK else slips
             b.resumed[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip, 0.0]
-            began = [0.0, i, OPEN, b.states[i], at.slip, at.gap_rate, at.slip_rate, *[0.0] * OF_A_CONTACT]
+            began = [0.0, 0.0, i, OPEN, b.states[i], at.slip, at.gap_rate, at.slip_rate, *[0.0] * OF_A_CONTACT]
             b.log[b.logged[0]] = [*began, *b.resumed[i]]
             b.logged[0] += 1
             contacts.take(i, contacts.of(i).changed(gap=at.gap, slip=at.slip, gap_rate=at.gap_rate))

@@ -108,7 +108,7 @@ def on_pegs(*keys: str) -> History:
     return simulate(Scenario.builtin("two-pegs", [*common, *keys]))
 
 
-def test_events_and_impulses_are_those_of_the_event_scheme_to_first_order():
+def test_events_and_impulses_are_those_of_the_event_scheme_to_second_order():
     located = on_pegs()
     ends = [max(c.end for c in located.contacts if c.obstacle == peg) for peg in (1, 2)]
     apart = []
@@ -118,13 +118,27 @@ def test_events_and_impulses_are_those_of_the_event_scheme_to_first_order():
         for peg in (1, 2):
             own = [c for c in found.contacts if c.obstacle == peg]
             wanted = [c for c in located.contacts if c.obstacle == peg]
-            times += [own[0].start - wanted[0].start, max(c.end for c in own) - ends[peg - 1]]
+            assert own[0].start == pytest.approx(wanted[0].start, abs=200.0 * step**2)
+            times.append(max(c.end for c in own) - ends[peg - 1])
             impulses.append(sum(c.normal_impulse for c in own) - sum(c.normal_impulse for c in wanted))
-        assert np.max(np.abs(times)) < 2.0 * step
+        assert np.max(np.abs(times)) < 0.02 * step
         assert np.max(np.abs(impulses)) < 10.0 * step
         lost = found.balance["lost_impact"] - located.balance["lost_impact"]
         apart.append(np.max(np.abs([*impulses, lost])))
-    assert apart[1] < 0.5 * apart[0]
+    assert apart[1] < 0.1 * apart[0]
+
+
+def test_the_friction_of_an_impact_is_that_of_the_tip_at_rest_on_the_slope():
+    """It is slow: a gap that a step leaves open would turn it, and with it the largest force of all."""
+    keys = ["discretization.method=fem", "discretization.modes=0", "contact.where=anywhere", "contact.grid=1"]
+    keys += ["contact.point_inertia=kept", "contact.friction=hybrid", "end_time=0.33", STEPS]
+    keys += ["solver.free_step=1e-5"]
+    impulses = []
+    for step in (2e-6, 1.3e-6, 1e-6):
+        found = simulate(Scenario.builtin("damped", [*keys, f"solver.contact_step={step}"]))
+        impulses.append(found.summary["macro_collisions"][0]["normal_impulse"])
+    # generalized-alpha, whose impacts have no friction, tends to 1.81437 N s by the first order of the elements
+    assert impulses == pytest.approx([1.81436] * 3, abs=5e-6)
 
 
 def test_a_beam_that_rubs_on_a_peg_turns_its_slip_when_located_events_do():
@@ -194,17 +208,17 @@ def test_contacts_push_and_rub_by_their_laws(rubbed):
 @INERTIA
 def test_momentum_and_energy_balance_in_every_step(inertia):
     """Without weight and damping the forces alone turn the beam about its pin, and take its energy."""
-    step = 1e-5
+    step = 1e-5  # of which those that aim at a contact take parts, each of them a sample
     keys = "gravity=0", "beam.kelvin_voigt=0", "initial.angle=0", "initial.angular_velocity=-4", "end_time=0.02"
     mesh = "contact.grid=8", "discretization.elements=8", f"solver.contact_step={step}", f"solver.free_step={step}"
     keys = (*keys, f"contact.point_inertia={inertia}")
-    found = built_in("slap", *keys, *mesh, f"solver.output_interval={step}")
+    found = built_in("slap", *keys, *mesh, f"solver.output_interval={0.1 * step}")
     force, gap = found["contact_lambda_n"].values, found["contact_gap"].values
     assert (force > 0.0).sum() > 100
     # of the mean axis, in which the beam has no momentum; mean velocities of 8 elements have a little less of it
     means = 1.0 - 0.25 / 8**2 if inertia == "none" else 1.0
     turned = means * Sections.from_scenario(found.scenario).mass / 3.0
-    moments = step * (force * found["contact_place"].values).sum(axis=1)[1:]
+    moments = np.diff(found["time"].values) * (force * found["contact_place"].values).sum(axis=1)[1:]
     gained = turned * np.diff(found["theta_dot"].values)
     work = (force[1:] * np.diff(gap, axis=0)).sum(axis=1)
     # but for the second order of angles and deflections
