@@ -111,6 +111,8 @@ def _requirement(name: str, s: Scenario) -> str:
         return f'root.kind = "driven" (it is "{s.root.kind}")'
     if name == "base_motion" and (s.root.spin_rate != 0.0 or s.root.profile != "hold"):
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
+    if name == "impact_law" and s.solver.scheme == "time-stepping":
+        return 'another solver.scheme than "time-stepping", whose steps decide impacts'
     if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
         return 'contact.where = "point": of several contacts the built-in one decides'
     if name in ("friction", "contact_law", "impact_law") and s.contact.axial_flexibility:
@@ -137,7 +139,9 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     s = beam.scenario
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
-    anywhere, massless, axial = s.touches_anywhere, s.contact.point_inertia == "none", beam.axial_flexibility
+    # what the places of one contact or several rest on belongs to the steps where these decide them
+    anywhere = s.touches_anywhere or s.solver.scheme == "time-stepping"
+    massless, axial = s.contact.point_inertia == "none", beam.axial_flexibility
     residual = beam.flexibility_of_places() if massless and anywhere and not s.is_nodal else None
     left_out = beam.residual_compliance > 0.0 if residual is None else residual.matrix.any()
     if massless and not left_out and not (anywhere and s.is_nodal):

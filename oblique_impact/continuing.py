@@ -58,7 +58,7 @@ def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
         before = np.flatnonzero(states[:, i] == FREE)
         began = int(before[-1]) if before.size else 0  # the left sample of its impact
         residual = Residual()
-        if not beam.scenario.touches_anywhere:
+        if not beam.scenario.touches_anywhere and beam.scenario.solver.scheme != "time-stepping":
             residual = beam.residual(beam.joined(history["q"].values[began]))
         forces = float(np.nan_to_num(normal[-1, i])), float(np.nan_to_num(tangential[-1, i]))
         found[i] = Earlier(int(states[-1, i]), *forces, float(slips[began, i]), residual)

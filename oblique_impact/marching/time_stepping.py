@@ -144,6 +144,7 @@ class StepBuffers(NamedTuple):
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
     slipping: Array  # (n,) m/s, slip velocities of these before the step
     impulses: Array  # (2 n,) N s, of these
+    carried: Array  # (2 n,) m/s, parts of their rates that no row has: where a driven root carries them
     problem: ContactProblem
     branches: Array  # (k, 3) of the friction law of all contacts
     static: float  # its static coefficient; negative: it has no stick state
@@ -165,6 +166,7 @@ class StepBuffers(NamedTuple):
             np.zeros(size),
             np.zeros(n, dtype=np.bool_),
             np.zeros(n),
+            np.zeros(2 * n),
             np.zeros(2 * n),
             ContactProblem.new(n, friction.rubs),
             branch_table(friction),
@@ -197,7 +199,7 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
             c.side = 1.0
         elif beyond and c.gap < 0.0:
             c.side = -1.0
-        b.gaps[i] = c.gap if c.side > 0.0 and not beyond else np.inf
+        b.gaps[i] = c.gap if c.enabled and c.side > 0.0 and not beyond else np.inf
         closest, fastest = min(closest, b.gaps[i]), max(fastest, abs(c.gap_rate))
     return closest, fastest
 
@@ -249,6 +251,8 @@ def _take_contacts(
         i = b.closed[m]
         stepper.system.touch(i, t, x, v0, w, each[i], directions[m, 0], directions[m, 1])
         b.slipping[i], p.states[m] = each[i].slip_rate, b.states[i]
+        b.carried[2 * m] = each[i].gap_rate - dot(directions[m, 0], v0)
+        b.carried[2 * m + 1] = each[i].slip_rate - dot(directions[m, 1], v0)
         if b.states[i] == STUCK and b.static >= 0.0:
             p.friction[m] = b.static
         elif stepper.rubs:
@@ -310,7 +314,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
         i = b.closed[k]
         known = _known_rates(stepper, i, h)
         for a in range(directions):
-            rate = dot(rows[DIRECTION, k, a], v1)
+            rate = b.carried[2 * k + a] + dot(rows[DIRECTION, k, a], v1)
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
             p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
@@ -390,7 +394,6 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             b.factored[slot] = h
         stepper.system.solve_effective(e.rank_one, w, slot, stepper.contacts, False)
         change = h * np.sqrt(abs(dot(increment, residual)))
-        supplied = e.supplied_power + dot(w.vectors[SUPPLY], acceleration)
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
@@ -401,7 +404,9 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
         done = change <= stepper.tolerance or change * change <= stepper.tolerance * before
         stalled = change > _STALLED * before and change <= _ROUNDING * stepper.tolerance
         if iteration > 0 and (done or stalled):
-            return SteppingSolution(OK, m, supplied)
+            for j in range(d):
+                acceleration[j] = (v1[j] - v0[j]) / h
+            return SteppingSolution(OK, m, e.supplied_power + dot(w.vectors[SUPPLY], acceleration))
         before = change
     return SteppingSolution(-FAILED_ITERATION, m, 0.0)
 
@@ -428,9 +433,13 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
-        gap_rate, slip_rate_after = dot(rows[DIRECTION, k, 0], v0), dot(rows[DIRECTION, k, 1], v1)
+        carried = b.carried[2 * k : 2 * k + 2]
+        gap_rate = carried[0] + dot(rows[DIRECTION, k, 0], v0)
+        slip_rate_after = carried[1] + dot(rows[DIRECTION, k, 1], v1)
         # twice the mean velocities over the step
-        closing, slipping = gap_rate + dot(rows[DIRECTION, k, 0], v1), b.slipping[i] + slip_rate_after
+        closing = gap_rate + carried[0] + dot(rows[DIRECTION, k, 0], v1)
+        slipping = b.slipping[i] + slip_rate_after
+        after[SUPPLIED] -= normal * carried[0] + tangential * carried[1]
         if stepper.yields:
             yielding = 2.0 / h * flexibility.moved[i]
             closing += flexibility.toward[i, 0] * yielding

@@ -137,7 +137,8 @@ def _of_massless_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
     if s.solver.scheme == "fixed-step":
         yield "solver.scheme", f'should be "event" or "generalized-alpha" {without}'
-    if s.is_nodal and s.contact.point != s.beam.length and s.contact.where == "point":
+    condenses = s.contact.where == "point" and s.solver.scheme != "time-stepping"
+    if s.is_nodal and s.contact.point != s.beam.length and condenses:
         yield "contact.point", f"should be beam.length in the full nodal model {without}"
 
 
@@ -177,14 +178,14 @@ def _of_nodal_model(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 
 def _of_time_stepping(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     where = 'with solver.scheme = "time-stepping"'
-    if s.contact.where != "anywhere" or not s.contact.enabled:
-        yield "solver.scheme", '"time-stepping" is for contact.where = "anywhere"; others march one point or none'
+    if not s.contact.enabled:
+        return
     if s.contact.normal != "rigid":
         yield "contact.normal", f'should be "rigid" {where}; other schemes take elastic obstacles'
     if s.contact.impact != "newton":
         yield "contact.impact", f'should be "newton" {where}, which decides all contacts of a step together'
-    if s.root.kind == "driven":
-        yield "root.kind", f'should be "pin" or "hub" {where}'
+    if s.contact.restitution > 0.0:
+        yield "contact.restitution", f"should be 0 {where}"
 
 
 def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:

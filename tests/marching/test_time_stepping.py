@@ -269,3 +269,73 @@ def test_a_law_without_a_stick_state_slips_by_nothing_where_coulombs_sticks():
     assert np.abs(slips[1]).max() > 0.1
     assert not (smooth[0] == State.STICK).any()
     assert not smooth[1].any()
+
+
+# --- one point, none, driven roots
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "contact.surface=section beam.outer_fibre=0.01",
+        "contact.axial_flexibility=true",
+        "contact.point_inertia=none beam.kelvin_voigt=1e-5 discretization.frame=mean-axis discretization.modes=6",
+        "contact.point_inertia=none beam.kelvin_voigt=1e-5 discretization.method=fem discretization.modes=0 "
+        "discretization.elements=8",
+    ],
+    ids=["surface", "stretching", "no inertia, modes", "no inertia, nodes"],
+)
+def test_one_point_at_the_tip_is_the_free_end_alone(keys):
+    common = *keys.split(), STEPS, "solver.contact_step=5e-6", "solver.free_step=5e-5", "end_time=0.33"
+    point = built_in("paper", *common)
+    anywhere = built_in("paper", *common, "contact.where=anywhere", "contact.grid=1")
+    assert len(point.events) > 2
+    assert [e.time for e in point.events] == [e.time for e in anywhere.events]
+    assert np.array_equal(point["q"].values[-1], anywhere["q"].values[-1])
+
+
+def test_a_point_inside_the_span_touches_as_by_located_events():
+    keys = "contact.point=0.7 slope.origin=[0.1,0] contact.surface=section contact.shortening=false end_time=0.31 "
+    keys += "beam.outer_fibre=0.01 beam.kelvin_voigt=1e-4 contact.friction=frictionless"
+    located = built_in("paper", *keys.split())
+    found = built_in("paper", *keys.split(), STEPS, "solver.free_step=1e-5")
+    assert [e.kind for e in found.events] == [e.kind for e in located.events]
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in located.events], abs=1e-7)
+    (a,), (b,) = found.contacts, located.contacts
+    assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-5)
+
+
+DRIVEN = "root.kind=driven initial.angle=0.5 beam.kelvin_voigt=1e-4 discretization.modes=3 "
+SPUN_UP = f"{DRIVEN} root.profile=spin-up root.spin_rate=-2 root.spin_up_time=0.3 end_time=0.4"
+
+
+@pytest.mark.parametrize("friction", ["frictionless", "hybrid"])
+def test_what_a_driven_root_supplies_is_the_energy_and_all_losses(friction):
+    """The root presses the beam onto the slope with some forty times the energy that it begins with."""
+    keys = *SPUN_UP.split(), f"contact.friction={friction}"
+    located = built_in("paper", *keys)
+    found = built_in("paper", *keys, STEPS, "solver.free_step=1e-5", "solver.contact_step=1e-5")
+    assert found.balance["supplied"] == pytest.approx(located.balance["supplied"], rel=3e-5)
+    assert found.balance["supplied"] > 10.0 * found.balance["initial"]
+    assert abs(found.balance["unaccounted"]) < 1e-8 * found.balance["final"]
+    assert [e.kind for e in found.events] == [e.kind for e in located.events]
+    late = 1e-7 if friction == "frictionless" else 5e-5  # impacts have friction here alone
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in located.events], abs=late)
+    for name in ("tip_x", "tip_y"):
+        assert found[name].values[-1] == pytest.approx(located[name].values[-1], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    ["end_time=0.3", f"{SPUN_UP} end_time=0.2", f"{DRIVEN} end_time=0.1 base.acceleration=30 base.frequency=20"],
+    ids=["pin", "spin-up", "held and shaken"],
+)
+def test_a_free_run_is_of_second_order(keys):
+    keys = *keys.split(), "contact.enabled=false"
+    exact, apart = built_in("paper", *keys, "solver.tolerance=1e-12"), []
+    for step in (4e-5, 2e-5):
+        found = built_in("paper", *keys, STEPS, f"solver.free_step={step}")
+        apart.append(np.hypot(*(found[name].values[-1] - exact[name].values[-1] for name in ("tip_x", "tip_y"))))
+        assert abs(found.balance["unaccounted"]) < 1e-8 * abs(found.balance["final"])
+    assert apart[0] < 2e-7
+    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.05)

@@ -137,14 +137,17 @@ REFUSED = [
     ),
     ("contact.normal", f"{NODAL} {ANYWHERE}", 'should be "spring"'),
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
-    ("solver.scheme", STEPPED, 'for contact.where = "anywhere"'),
+    (
+        "contact.restitution",
+        f"{STEPPED} contact.restitution=0.5",
+        'should be 0 with solver.scheme = "time-stepping"',
+    ),
     ("contact.normal", f"{STEPPED} {ANYWHERE} contact.normal=spring", 'should be "rigid"'),
     (
         "contact.point_inertia",
         f"{STEPPED} {ANYWHERE} {MASSLESS} {FEM} beam.tip_mass=0.1",
         "beam.tip_mass is the inertia",
     ),
-    ("root.kind", f"{STEPPED} {ANYWHERE} root.kind=driven", 'should be "pin" or "hub"'),
     (
         "contact.surface",
         f"{FEM} {ANYWHERE} contact.surface=section beam.outer_fibre=[[0,0.01],[1,0.02]]",
