@@ -286,7 +286,8 @@ class ContactSection(InputSection):
         0.0, "Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d"
     )
     impact: Literal["newton", "routh"] = key(
-        "newton", "impact on a rigid stop: without friction (Newton), or with the friction law (Routh)"
+        "newton",
+        "impact on a rigid stop: without friction (Newton), or with the friction law (Routh), as in time-stepping",
     )
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = key(
         0.0, "coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's"

@@ -141,6 +141,19 @@ def test_the_friction_of_an_impact_is_that_of_the_tip_at_rest_on_the_slope():
     assert impulses == pytest.approx([1.81436] * 3, abs=5e-6)
 
 
+def test_an_impact_of_one_contact_has_the_friction_of_rouths():
+    """Three contacts of a mass at the tip, which do not end within a step."""
+    keys = "discretization.method=fem discretization.frame=mean-axis discretization.modes=6 beam.tip_mass=0.05 "
+    keys += "beam.kelvin_voigt=1e-4 end_time=0.35"
+    routh = built_in("paper", *keys.split(), "contact.impact=routh")
+    found = built_in("paper", *keys.split(), STEPS, "solver.free_step=1e-5")
+    a, b = found.macro_collisions[0], routh.macro_collisions[0]
+    assert a["contacts"] == b["contacts"]
+    assert (a["start"], a["end"]) == pytest.approx((b["start"], b["end"]), abs=2e-6)
+    assert a["normal_impulse"] == pytest.approx(b["normal_impulse"], rel=1e-4)
+    assert a["tangential_impulse"] == pytest.approx(b["tangential_impulse"], rel=2e-3)
+
+
 def test_a_beam_that_rubs_on_a_peg_turns_its_slip_when_located_events_do():
     """Impulses that close a contact have friction here alone: the motion after them differs by a thousandth."""
     # the second one is out of reach: kernels are those of two contacts
