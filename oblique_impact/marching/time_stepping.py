@@ -217,17 +217,28 @@ def _stagger(stepper: TimeStepper, t: float, h: float, y: Array) -> tuple[float,
 def _aimed(stepper: TimeStepper, h: float) -> float:
     """Length (s) of a step that would be h, so that what closes in this one or the next does so without a gap.
 
-    It is from a quarter of h to one and a half.
+    It is from a quarter of h to one and a half.  Where nothing is closed it is as short as a touch at its start
+    asks for: the run may begin with one.
     """
-    b, part = stepper.buffers, 1.0
-    still = _STILL * stepper.scratch.tolerances.velocity
+    b, tolerances, part, least, fastest = stepper.buffers, stepper.scratch.tolerances, 1.0, 0.0, 0.0
     for i in range(b.gaps.shape[0]):
-        rate = stepper.contacts.each[i].gap_rate
-        if b.states[i] == OPEN and b.gaps[i] > 0.0 and rate < -still:
-            part = min(part, b.gaps[i] / (-h * rate))
+        approach = -stepper.contacts.each[i].gap_rate
+        if b.states[i] != OPEN:
+            least = _LEAST_PART
+        elif approach > _STILL * tolerances.velocity and b.gaps[i] > -0.5 * h * approach - tolerances.gap:
+            part, fastest = min(part, b.gaps[i] / (h * approach)), max(fastest, approach)
     if part == 1.0:
         return h
-    return h * part if part > _LEAST_PART else h * (1.0 + 2.0 * part)
+    least = max(least, tolerances.gap / (h * fastest))  # it goes no deeper in that than what is forgiven
+    return h * part if part > _LEAST_PART else h * max(1.0 + 2.0 * part, least)
+
+
+@jitable
+def _forgive(gaps: Array, most: float) -> None:
+    """Take what is below zero by less than `most` (m) for nothing: it is not worth a speed to make up for it."""
+    for i in range(gaps.shape[0]):
+        if gaps[i] < 0.0:
+            gaps[i] = min(gaps[i] + most, 0.0)
 
 
 @jitable
@@ -513,19 +524,20 @@ def _time_of_change(
     that of the contact until then.
     """
     b, p = stepper.buffers, stepper.buffers.problem
-    i, middle = b.closed[k], end - 0.5 * h
+    i, start, middle = b.closed[k], end - h, end - 0.5 * h
     if b.states[i] == OPEN:
-        late = b.gaps[i] / -gap_rate if gap_rate < 0.0 else 0.0
-        return middle + min(max(late, 0.0), 0.5 * h)
+        if gap_rate > -_STILL * stepper.scratch.tolerances.velocity:
+            return start  # it has been there, as at the start of a run
+        return float(middle + min(max(b.gaps[i] / -gap_rate, 0.0), 0.5 * h))
     if state != OPEN:
         return middle
-    if steps <= 1.0:
-        return end - h
+    if steps <= 1.0 or force <= 0.0:
+        return start
     rate = p.rates[2 * k]
     for column in range(2 * m):
         rate += p.delassus[2 * k, column] * p.forces[column]
     pull = rate / (p.delassus[2 * k, 2 * k] * h)  # N, that would hold it
-    return middle - h * pull / (force + pull) if force > 0.0 else end - h
+    return float(middle - h * pull / (force + pull))
 
 
 @jitable
@@ -605,6 +617,8 @@ class TimeStepper(NamedTuple):
             if wanted != h:
                 slot, h = 2, wanted
                 closest, fastest = _stagger(self, now.t, h, y)
+            if not self.massless:
+                _forgive(b.gaps, self.scratch.tolerances.gap)
         take_places(b.flexibility, b.staggered[0], self.contacts)
         clear = closest > self.near and closest > 2.0 * h * fastest
         found = _iterate(self, now.t, h, slot, clear, y)
