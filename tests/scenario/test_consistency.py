@@ -135,7 +135,7 @@ REFUSED = [
         f"{ABSOLUTE} {ANYWHERE} contact.grid=4 discretization.nodes=[0,0.3,0.5,0.75,1]",
         "0.25 m",
     ),
-    ("contact.normal", f"{NODAL} {ANYWHERE}", 'should be "spring"'),
+    ("contact.normal", f"{NODAL} {ANYWHERE} solver.scheme=generalized-alpha", 'should be "spring"'),
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
     (
         "contact.restitution",
