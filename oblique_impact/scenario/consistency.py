@@ -185,7 +185,7 @@ def _of_time_stepping(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     if s.contact.impact != "newton":
         yield "contact.impact", f'should be "newton" {where}, which decides all contacts of a step together'
     if s.contact.restitution > 0.0:
-        yield "contact.restitution", f"should be 0 {where}"
+        yield "contact.restitution", f'should be 0 {where}; "event" and "generalized-alpha" take it'
 
 
 def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
