@@ -2,7 +2,6 @@
 
     python benchmarks/reference_pegs.py                                  at (0.5, 0), without and with friction
     python benchmarks/reference_pegs.py --pegs 0.4,-0.02,0.7,-0.02       several pegs
-    python benchmarks/reference_pegs.py --stiffness 1e6 --friction 0     an elastic peg
 
 The beam is that of `reference_impact.py` on mean-axis modes.  Nothing of the suite is used.  A peg is a point that
 meets the axis r(x) where (r - c).r' = 0; gap and slip are taken there, with the rates of the place and of the
@@ -20,7 +19,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from reference_impact import START, Beam, hinged
 from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar
 
 Watch = Callable[[np.ndarray], float]
 TIGHT = 1e-7  # s; impacts of different pegs in quicker succession accumulate, and close all
@@ -79,7 +77,6 @@ class BeamOnPegs(Beam):
 
     mean_axis: bool = True
     pegs: list[tuple[float, float]] = field(default_factory=lambda: [(0.5, 0.0)])
-    stiffness: float = 0.0  # N/m of a peg, 0 if it is rigid; without friction only
     log: list[str] = field(default_factory=list)
 
     def shapes(self, x: float) -> tuple[np.ndarray, ...]:
@@ -143,10 +140,6 @@ class BeamOnPegs(Beam):
         free = np.linalg.solve(M, Q)
         if not closed:
             return np.zeros((0, 2)), free, touches
-        if self.stiffness:
-            forces = np.array([[-self.stiffness * contact.gap, 0.0] for contact in touches])
-            rows = np.array([contact.rows[0] for contact in touches])
-            return forces, free + np.linalg.solve(M, rows.T @ forces[:, 0]), touches
         directions, equations, right = [], [], []
         for contact, sign in zip(touches, closed.values(), strict=True):
             directions.append(contact.rows[0] - self.friction * sign * contact.rows[1])
@@ -250,10 +243,6 @@ class BeamOnPegs(Beam):
                 break
             kind, i = fallen
             candidates = sorted({*closed, i} if kind != "release" else {*closed} - {i})
-            if self.stiffness:
-                closed = dict.fromkeys(candidates, 1)
-                self.log.append(f"{t:.9f} {kind} {i}, impulse until now {y[-2]:.9f} N s")
-                continue
             if kind == "touch":
                 close = t - last < TIGHT
                 if close:
@@ -282,18 +271,7 @@ class BeamOnPegs(Beam):
         for event in events:
             event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
         accuracy = {"rtol": 1e-12, "atol": 1e-13, "max_step": 1e-3}
-        found = solve_ivp(rate, (t, end), y, "DOP853", events=events, dense_output=True, **accuracy)
-        if self.stiffness and closed:
-            times = np.linspace(t, found.t[-1], 200)
-            forces = [-self.solve(found.sol(time), closed)[0][:, 0].max() for time in times]
-            k = int(np.argmin(forces))
-            near = times[max(k - 1, 0)], times[min(k + 1, 199)]
-            least = minimize_scalar(
-                lambda time: -self.solve(found.sol(time), closed)[0][:, 0].max(),
-                bounds=near,
-                options={"xatol": 1e-10},
-            )
-            self.log.append(f"{least.x:.9f} largest force {-least.fun:.6f} N")
+        found = solve_ivp(rate, (t, end), y, "DOP853", events=events, **accuracy)
         fallen = next((name for name, times in zip(watched, found.t_events, strict=True) if times.size), None)
         return float(found.t[-1]), found.y[:, -1].copy(), fallen
 
@@ -303,14 +281,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pegs", default="0.5,0", help="x and y (m) of each")
     parser.add_argument("--friction", default="0,0.3")
-    parser.add_argument("--stiffness", type=float, default=0.0, help="N/m")
     parser.add_argument("--modes", type=int, default=4)
     parser.add_argument("--end", type=float, default=0.45)
     given = parser.parse_args()
     numbers = list(map(float, given.pegs.split(",")))
     for friction in map(float, given.friction.split(",")):
         pegs = list(zip(numbers[::2], numbers[1::2], strict=True))
-        beam = BeamOnPegs(given.modes, friction=friction, pegs=pegs, stiffness=given.stiffness)
+        beam = BeamOnPegs(given.modes, friction=friction, pegs=pegs)
         y = beam.march(given.end)
         print(f"friction {friction}:", *beam.log, sep="\n  ")
         print(f"  energy {beam.energy(y):.9f} J, lost to friction {y[-1]:.9f} J, angle {y[0]:.9f}")

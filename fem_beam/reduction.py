@@ -141,14 +141,15 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
 
     With `contact.point_inertia = "none"` the deflection of the contact point, the beam's end, follows the other
     degrees of freedom statically, without inertia of its own; translations and rotations, so mass, static moment
-    and inertia, are kept exactly.  Where the whole beam can touch obstacles no node has inertia, see
-    :func:`without_nodal_inertia`.
+    and inertia, are kept exactly.  Where the whole beam can touch obstacles, and in time-stepping, no node has
+    inertia, see :func:`without_nodal_inertia`.
     """
     nodal = NodalBeam.from_scenario(scenario)
     free = nodal.free_dofs("hinged")
     kept, left_out = csr_array(eye_array(nodal.basis.N))[:, free], 0.0
     K, rigid = csr_array(nodal.K[free][:, free]), nodal.rigid_rotation[free]
-    massless, anywhere = scenario.contact.point_inertia == "none", scenario.contact.where == "anywhere"
+    massless = scenario.contact.point_inertia == "none"
+    anywhere = scenario.contact.where == "anywhere" or scenario.solver.scheme == "time-stepping"
     if massless and not anywhere:
         static, left_out = _without_inertia(K, free.size - 2)
         others = np.delete(np.arange(free.size), free.size - 2)

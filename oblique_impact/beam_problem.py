@@ -15,20 +15,20 @@ from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
+from oblique_impact.contact.compliance import Compliance
 from oblique_impact.contact.decision import Decision
-from oblique_impact.contact.flexibility import Flexibility
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.pairs import ContactPair
 from oblique_impact.contact.state import SLIDING, Baumgarte, Candidate, Contacts, Tolerances
-from oblique_impact.contact.stops import ContactLaw, MasslessPoint, elastic_stop
+from oblique_impact.contact.stops import NO_INERTIA, ContactLaw, elastic_stop
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.jit import is_compiled
 from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.problem import Problem, no_residual
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import solve_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
@@ -111,6 +111,10 @@ def _requirement(name: str, s: Scenario) -> str:
         return f'root.kind = "driven" (it is "{s.root.kind}")'
     if name == "base_motion" and (s.root.spin_rate != 0.0 or s.root.profile != "hold"):
         return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
+    if name == "contact_law" and s.solver.scheme == "time-stepping":
+        return 'another solver.scheme than "time-stepping", whose stops are springs with their damping'
+    if name == "impact_law" and s.solver.scheme == "time-stepping":
+        return 'another solver.scheme than "time-stepping", whose steps decide impacts'
     if name in ("scheme", "impact_law") and s.contact.where == "anywhere":
         return 'contact.where = "point": of several contacts the built-in one decides'
     if name in ("friction", "contact_law", "impact_law") and s.contact.axial_flexibility:
@@ -137,10 +141,9 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     s = beam.scenario
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
-    anywhere, massless, axial = s.touches_anywhere, s.contact.point_inertia == "none", beam.axial_flexibility
-    residual = beam.flexibility_of_places() if massless and anywhere and not s.is_nodal else None
-    left_out = beam.residual_compliance > 0.0 if residual is None else residual.matrix.any()
-    if massless and not left_out and not (anywhere and s.is_nodal):
+    massless = s.contact.point_inertia == "none"
+    nodes_without = s.is_nodal and (s.touches_anywhere or s.solver.scheme == "time-stepping")
+    if massless and not nodes_without and not beam.residual_compliance > 0.0:
         raise refused(
             "contact.point_inertia",
             s.contact.point_inertia,
@@ -150,17 +153,16 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
         beam.model,
         q0,
         qd0,
-        decision_about(beam.candidates, s, scheme, tolerances, parts, axial),
+        decision_about(beam.candidates, s, scheme, tolerances, parts, beam.compliance),
         scheme,
         end_time=s.end_time,
         output_interval=s.solver.output_interval,
         scales=np.ones(2 * q0.size),
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
-        residual=no_residual if anywhere else beam.residual,
         modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None,
         relative_deflection=beam.relative_deflection,
-        flexibility=residual or axial,
+        compliance=beam.compliance,
     )
 
 
@@ -170,11 +172,11 @@ def decision_about(
     scheme: Scheme,
     tolerances: Tolerances,
     parts: Parts = Parts(),
-    axial: Flexibility | None = None,
+    compliance: Compliance | None = None,
 ) -> Decision:
     """Return the transition table of places that can touch, at least one.
 
-    `axial` is the flexibility behind their friction, None of a beam that does not stretch.
+    `compliance` is that of the beam behind them, None of one that yields nothing.
     """
     v, c = scenario.solver, scenario.contact
     pairs = [
@@ -184,7 +186,7 @@ def decision_about(
             place.obstacle,
             place.on_side,
             place.numbers[0],
-            axial.behind(i) if axial else None,
+            compliance.behind(i) if compliance else None,
         )
         for i, place in enumerate(places)
     ]
@@ -235,9 +237,9 @@ def contact_law_of(
     """
     c = scenario.contact
     if c.normal == "spring":
-        return elastic_stop(stiffness, c.damping, extent, cell)
+        return elastic_stop(stiffness, c.damping, extent, cell, c.linear_damping)
     if c.point_inertia == "none" and scenario.solver.scheme != "time-stepping":
-        return MasslessPoint()
+        return NO_INERTIA
     return None
 
 

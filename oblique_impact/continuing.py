@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.beam import Beam, ContactPlace
 from oblique_impact.beam.section_forces import bent_beam
-from oblique_impact.contact.state import FREE, Residual
+from oblique_impact.contact.state import FREE
 from oblique_impact.contact.transitions import Earlier
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
@@ -57,11 +57,8 @@ def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
     for i in np.flatnonzero(states[-1] != FREE).tolist():
         before = np.flatnonzero(states[:, i] == FREE)
         began = int(before[-1]) if before.size else 0  # the left sample of its impact
-        residual = Residual()
-        if not beam.scenario.touches_anywhere:
-            residual = beam.residual(beam.joined(history["q"].values[began]))
         forces = float(np.nan_to_num(normal[-1, i])), float(np.nan_to_num(tangential[-1, i]))
-        found[i] = Earlier(int(states[-1, i]), *forces, float(slips[began, i]), residual)
+        found[i] = Earlier(int(states[-1, i]), *forces, float(slips[began, i]))
     return found
 
 

@@ -15,6 +15,7 @@ from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.validity.integration import ambiguity_warnings
 from oblique_impact.beam_problem import Parts, beam_of, beam_problem, system_scales
+from oblique_impact.contact.compliance import Compliance
 from oblique_impact.contact.decision import Decision
 from oblique_impact.contact.friction import Coulomb, FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
@@ -35,6 +36,7 @@ from oblique_impact.marching.loop import Run
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
@@ -175,8 +177,8 @@ def simulate_system(
     axial_flexibility : float
         Flexibility (m/N) without mass behind the friction, in series with it (Jenkins's element), with
         :class:`~oblique_impact.contact.friction.Coulomb` friction, on an
-        :class:`~oblique_impact.contact.stops.ElasticStop` without damping or, with events located and impacts
-        without friction, on a rigid stop.
+        :class:`~oblique_impact.contact.stops.ElasticStop` or, with events located and impacts without friction, on
+        a rigid stop; a damped one only with events located or time-stepping.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.beam_problem.system_scales`.
@@ -195,26 +197,37 @@ def simulate_system(
     ------
     InputError
         If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real, or
-        `axial_flexibility` is given with other laws.
+        `axial_flexibility` or time-stepping is given with other laws.
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
     if axial_flexibility != 0.0:
-        elastic = isinstance(contact_law, ElasticStop) and contact_law.damping == 0.0
-        rigid = contact_law is None and isinstance(scheme or EventScheme(), EventScheme)
+        elastic = isinstance(contact_law, ElasticStop)
+        if isinstance(contact_law, ElasticStop) and (contact_law.damping or contact_law.linear_damping):
+            elastic = isinstance(scheme or EventScheme(), EventScheme | TimeSteppingScheme)
+        rigid = contact_law is None and isinstance(scheme or EventScheme(), EventScheme | TimeSteppingScheme)
         rigid = rigid and isinstance(impact_law or NewtonImpact(), NewtonImpact)
         if axial_flexibility < 0.0 or not ((elastic or rigid) and isinstance(friction, Coulomb)):
-            stops = "an ElasticStop without damping or, with EventScheme and NewtonImpact, a rigid stop"
+            stops = (
+                "an ElasticStop, undamped but with EventScheme or TimeSteppingScheme, or with these a rigid stop"
+            )
             words = f"should be at least 0, with Coulomb friction and {stops}"
             raise InputError(f"axial_flexibility = {axial_flexibility:g}: {words}")
+    if isinstance(scheme, TimeSteppingScheme) and not isinstance(impact_law or NewtonImpact(), NewtonImpact):
+        raise InputError("impact_law: should be a NewtonImpact with TimeSteppingScheme, which has no other")
+    if isinstance(scheme, TimeSteppingScheme) and not isinstance(contact_law or ElasticStop(1.0), ElasticStop):
+        raise InputError("contact_law: should be an ElasticStop with TimeSteppingScheme, which has no other")
     q0, qd0 = own_numbers(q0, (system.size,), "q0"), own_numbers(qd0, (system.size,), "qd0")
     system = _checked(system, q0, qd0)
     scheme = scheme or EventScheme(1e-10)
     tolerances, scales = system_scales(system, q0, qd0, end_time)
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
-    axial = (lambda slip: (axial_flexibility, 1.0)) if axial_flexibility else None
+    compliance, at = None, np.zeros(1)
+    if axial_flexibility:
+        along = np.array([[0.0, 1.0], [axial_flexibility] * 2])
+        compliance = Compliance.between(at, at, at, at, np.ones(1), None, 0.0, along)
     decision = Decision(
-        [ContactPair(contact_law, extent, axial=axial)],
+        [ContactPair(contact_law, extent, axial=compliance.behind(0) if compliance else None)],
         friction or Frictionless(),
         impact_law or NewtonImpact(),
         tolerances._replace(flight=scheme.shortest_flight, gap=gap),
@@ -231,6 +244,7 @@ def simulate_system(
         output_interval=float(output_interval),
         scales=scales,
         breakpoints=breakpoints,
+        compliance=compliance,
     )
     record, wall = _march(problem, on_progress)
 

@@ -175,7 +175,9 @@ class _Frame:
         """Forces (N) along the slide at ends of beddings, (samples, n)."""
         found = np.zeros((len(self.places), len(self.touchings)))
         for i, touching in enumerate(self.touchings):
-            found[:, i] = touching.law.end_pushes(self._column("gap")[:, i], self._column("slip")[:, i])
+            found[:, i] = touching.law.end_pushes(
+                np.maximum(-self._column("gap")[:, i], 0.0), self._column("slip")[:, i]
+            )
         return np.where(self.states != State.FREE, found, 0.0)
 
     def _of_contacts(self) -> dict[str, Column]:

@@ -263,7 +263,8 @@ class ExactStepper:
 def _at(state: Candidate, place: Place) -> Candidate:
     """Return a contact in a state with the kinematics of a place."""
     gap, slip, gap_rate, slip_rate = map(float, place[:4])
-    return state.changed(gap=gap, slip=slip, gap_rate=gap_rate, slip_rate=slip_rate)
+    depth = {"depth": -gap, "depth_rate": -gap_rate}
+    return state.changed(gap=gap, slip=slip, gap_rate=gap_rate, slip_rate=slip_rate, **depth)
 
 
 def _ends(before: Place, after: Place) -> tuple[Pair, Pair]:

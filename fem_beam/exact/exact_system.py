@@ -32,9 +32,9 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
 
 def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
     """Return the contacts of these places."""
-    found = list[Touching]()
+    found, c = list[Touching](), scenario.contact
     for place in contact_places(scenario):
-        law = elastic_stop(place.stiffness, scenario.contact.damping, place.extent, place.cell)
+        law = elastic_stop(place.stiffness, c.damping, place.extent, place.cell, c.linear_damping)
         common, at = (beam, place.obstacle, law, place.extent), [float(x) for x in place.numbers]
         if place.on_side:
             node = int(np.argmin(np.abs(beam.x - at[0])))
@@ -123,9 +123,7 @@ class ExactSystem:
     def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
         """Do nothing: each place is evaluated from the coordinates."""
 
-    def touch(
-        self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, normal: Array, tangential: Array
-    ) -> None:
+    def touch(self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, rows: Array) -> None:
         """Kinematics of one place; 0 of a beam without places."""
         if self.touchings:
             c.gap, c.slip, c.gap_rate, c.slip_rate = map(float, self.touchings[i].place(Stage(q, qd))[:4])

@@ -78,10 +78,11 @@ class Touching(ABC):
         return (place.slip - first) * (last - place.slip) / (last - first)
 
     def force(self, place: Place) -> float:
-        """Return the normal force (N) at an instant: k d (1 + damping d') at the depth d, never pulling."""
+        """Return the normal force (N) at an instant, of the spring at the depth and its damping, never pulling."""
         # at a release, the gap is zero but for rounding
         stiffness, _ = self.law.over(place.slip)
-        return stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
+        elastic = stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
+        return max(0.0, elastic - self.law.linear_damping * place.gap_rate)
 
     @abstractmethod
     def place(self, stage: Stage) -> Place:
@@ -290,11 +291,15 @@ class ClosedContact:
 
     def normal_force(self, gaps: Pair, slips: Pair, length: float) -> tuple[float, float]:
         """Mean normal force (N) of a step between gaps and slips (m), and its derivative by the last gap (N/m)."""
-        (gap0, gap1), k, c = gaps, self._stiffness(slips), self.touching.law.damping
-        depth, factor = -0.5 * (gap0 + gap1), 1.0 - c * (gap1 - gap0) / length
+        (gap0, gap1), k, law = gaps, self._stiffness(slips), self.touching.law
+        depth, rate = -0.5 * (gap0 + gap1), (gap0 - gap1) / length
+        factor, slope = 1.0 + law.damping * rate, -law.damping / length
         if factor <= 0.0:
+            factor, slope = 0.0, 0.0
+        force = k * depth * factor + law.linear_damping * rate
+        if force <= 0.0:
             return 0.0, 0.0
-        return k * depth * factor, -0.5 * k * factor - k * depth * c / length
+        return force, -0.5 * k * factor + k * depth * slope - law.linear_damping / length
 
     def end_push(self, gaps: Pair, slips: Pair) -> float:
         """Mean force (N) of a step along the slide, of a bedding under a place that lies over an end of it."""

@@ -93,13 +93,17 @@ class _PanelData(NamedTuple):
     slopes: Array  # (degree,)
 
 
-def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
-    """Interpolate the shape functions `evaluate(x)`, (points,) -> (points, n), between the edges (m)."""
+def polynomials_on(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> Array:
+    """Return coefficients (panels, degree + 1, n) of powers of z, -1 to 1, of n functions of places (points,)."""
     z = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-    to_powers = np.linalg.inv(np.vander(z, increasing=True))
     half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
     values = evaluate((middle[:, None] + half[:, None] * z).ravel()).reshape(half.size, degree + 1, -1)
-    coefficients = to_powers @ values
+    return np.asarray(np.linalg.inv(np.vander(z, increasing=True)) @ values)
+
+
+def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
+    """Interpolate the shape functions `evaluate(x)`, (points,) -> (points, n), between the edges (m)."""
+    half, coefficients = 0.5 * np.diff(edges), polynomials_on(evaluate, edges, degree)
     nodes, weights = np.polynomial.legendre.leggauss(degree)
     powers = np.vander(nodes, degree, increasing=True) * np.arange(1, degree + 1)  # derivatives of z, z^2, ...
     slopes = powers @ coefficients[:, 1:] / half[:, None, None]
@@ -284,8 +288,10 @@ class Places(NamedTuple):
 
 
 @jitable
-def place_of(s: Any, radius: float, X: float, Y: float, B: Array) -> tuple[float, AxisPoint]:
+def place_of(s: Any, radius: float, kept: float, X: float, Y: float, B: Array) -> tuple[float, AxisPoint]:
     """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
+
+    The foreshortening is `kept`, 1, or left out, 0.
 
     Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam; some four steps are usual.  A
     step that has not halved the last one, or leads out of the bracket, gives way to the middle of the bracket; the
@@ -296,9 +302,10 @@ def place_of(s: Any, radius: float, X: float, Y: float, B: Array) -> tuple[float
     rounding = _PLACED * (s.edges[-1] + abs(X) + abs(Y))
     while True:
         axis = s.bent_axis(x, B)
-        along, across, steep = radius + x + axis.u_x - X, axis.u_y - Y, 1.0 - 0.5 * axis.slope * axis.slope
-        value = along * steep + across * axis.slope
-        rate = steep * steep + axis.slope * axis.slope + (across - along * axis.slope) * axis.curvature
+        along, across, phi = radius + x + kept * axis.u_x - X, axis.u_y - Y, axis.slope
+        steep = 1.0 - 0.5 * kept * phi * phi
+        value = along * steep + across * phi
+        rate = steep * steep + phi * phi + (across - kept * along * phi) * axis.curvature
         if placed or not abs(value) < np.inf:
             return x, axis
         if value > 0.0:
@@ -373,21 +380,24 @@ def point_of(place: Any, reach: float, s: SectionMotion, spin: float) -> PointMo
 
 
 @inlined
-def axis_motion(s: SectionMotion, curvature: float, curvature_rate: float, spin: float) -> AxisMotion:
-    """Return derivatives along the axis of r, v and b at a section: r' = (1 - phi^2/2, phi)."""
-    phi, steep = s.slope, 1.0 - 0.5 * s.slope * s.slope
-    turning = spin + s.slope_rate
+def axis_motion(s: SectionMotion, curvature: float, curvature_rate: float, spin: float, kept: float) -> AxisMotion:
+    """Return derivatives along the axis of r, v and b at a section: r' = (1 - phi^2/2, phi).
+
+    Where the foreshortening is not `kept`, 0 in place of 1, r' = (1, phi).
+    """
+    phi, steep = s.slope, 1.0 - 0.5 * kept * s.slope * s.slope
+    turning = spin + kept * s.slope_rate
     return AxisMotion(
         steep,
         phi,
-        -phi * curvature,
+        -kept * phi * curvature,
         curvature,
         -phi * turning,
         spin * steep + s.slope_rate,
-        -curvature * turning - phi * curvature_rate,
-        curvature_rate - spin * phi * curvature,
-        -spin * spin * steep - 2.0 * spin * s.slope_rate - s.slope_rate * s.slope_rate,
-        -spin * spin * phi - 2.0 * spin * phi * s.slope_rate,
+        -curvature * turning - kept * phi * curvature_rate,
+        curvature_rate - spin * kept * phi * curvature,
+        -spin * spin * steep - 2.0 * spin * s.slope_rate - kept * s.slope_rate * s.slope_rate,
+        -spin * spin * phi - 2.0 * spin * kept * phi * s.slope_rate,
     )
 
 
@@ -413,8 +423,8 @@ def meet(s: Any, radius: float, place: Any, q: Array, qd: Array, c: Candidate) -
         point = point_of(place, radius + place.x, motion, spin)
         return Met(place.x, axis, point, meet_side(place, theta, point, c))
     centre = centre_of(place, theta)
-    x, axis = place_of(s, radius, centre[0], centre[1], B)
+    x, axis = place_of(s, radius, place.shortening, centre[0], centre[1], B)
     motion, curvature_rate = s.motion_at(axis, B, Bd)
     point = point_of(place, radius + x, motion, spin)
-    along = axis_motion(motion, axis.curvature, curvature_rate, spin)
+    along = axis_motion(motion, axis.curvature, curvature_rate, spin, place.shortening)
     return Met(x, axis, point, meet_peg(place, centre, x, point, along, c))

@@ -17,10 +17,9 @@ from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
-from oblique_impact.beam.residual_flexibility import flexibility_between, residual_flexibility
+from oblique_impact.beam.residual_flexibility import FlexibilityAlong, flexibility_along, residual_flexibility
 from oblique_impact.beam.shaking import Shaking, shaking_of
-from oblique_impact.contact.flexibility import Flexibility
-from oblique_impact.contact.state import Residual
+from oblique_impact.contact.compliance import Compliance
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
 from oblique_impact.kernels.workspace import VECTORS, own_numbers, record_of
@@ -205,18 +204,47 @@ class Beam:
         return contact_places(self.scenario, self.foreshortening)
 
     @cached_property
-    def axial_flexibility(self) -> Flexibility | None:
-        """Axial flexibility behind the friction at the places of contact; None if it is left out."""
-        s, sections = self.scenario, self.operators.sections
-        if not s.contact.axial_flexibility:
+    def compliance(self) -> Compliance | None:
+        """What the beam yields between all places of contact, without mass; None if it yields nothing."""
+        s, sides = self.scenario, np.array([place.on_side for place in self.candidates])
+        across, along = self._residual_flexibility(), self._axial_flexibility()
+        if across is None and along is None:
+            return None
+        numbers = np.array([place.numbers for place in self.candidates])
+        senses = np.where(sides & (np.cos(numbers[:, 1] - s.initial.angle) < 0.0), -1.0, 1.0)
+        places, angles, fibres = numbers[:, 0], numbers[:, 1], np.where(sides, numbers[:, 4], 0.0)
+        return Compliance.between(
+            np.where(sides, places, np.nan),
+            angles,
+            np.where(sides, 0.0, numbers[:, 4]),
+            fibres,
+            senses,
+            across,
+            s.beam.kelvin_voigt,
+            along,
+        )
+
+    def _residual_flexibility(self) -> FlexibilityAlong | None:
+        """Flexibility that the modes leave out; None where there is none, or rigid stops do not see it."""
+        c = self.scenario.contact
+        if not c.enabled or not ((c.normal == "spring" and c.residual_flexibility) or c.point_inertia == "none"):
+            return None
+        return self._left_out if self.residual_compliance > 0.0 else None
+
+    @property
+    def _left_out(self) -> FlexibilityAlong:
+        o, clamped = self.operators, self.scenario.discretization.frame == "tangent"
+        if o.along is None:
+            return FlexibilityAlong.at(o.contact_point, residual_flexibility(o, clamped))
+        return flexibility_along(o, clamped)
+
+    def _axial_flexibility(self) -> Array | None:
+        """Places (m) and axial flexibility (m/N) up to them, (2, k); None if it is left out."""
+        sections = self.operators.sections
+        if not self.scenario.contact.axial_flexibility:
             return None
         x = np.linspace(0.0, sections.length, 2 if sections.area.x.size == 2 else _TABLE)
-        along = np.array([x, sections.axial_flexibility(x)])
-        if s.contact.where == "point":
-            return Flexibility.along(along, np.array([s.contact.point]), np.ones(1))
-        places = np.array([place.numbers[0] if place.on_side else np.nan for place in self.candidates])
-        angles = [place.numbers[1] - s.initial.angle if place.on_side else 0.0 for place in self.candidates]
-        return Flexibility.along(along, places, np.where(np.cos(angles) >= 0.0, 1.0, -1.0))
+        return np.array([x, sections.axial_flexibility(x)])
 
     @cached_property
     def _elastic_modes(self) -> ElasticModes:
@@ -267,53 +295,24 @@ class Beam:
         records = [place_record(place.on_side, place.numbers, kept) for place in self.candidates]
         return np.array(records).view(np.recarray)
 
-    @cached_property
-    def residual_flexibility(self) -> Array:
-        """Residual flexibility (2, 2) at the contact point, see `oblique_impact.beam.residual_flexibility`."""
-        return residual_flexibility(self.operators, clamped=self.scenario.discretization.frame == "tangent")
-
     @property
     def residual_compliance(self) -> float:
-        """Residual compliance (m/N) at the contact point, transverse to the beam."""
-        return float(self.residual_flexibility[0, 0])
+        """Largest residual compliance (m/N) at places of contact, across the beam; 0 if the modes have all of one.
+
+        An obstacle's point is taken to be where it meets the straight beam.
+        """
+        s, found = self.scenario, list[float]()
+        for place in self.candidates:
+            x, y, distance = place.numbers[:3]
+            beside = float(np.sqrt(max(x * x + y * y - distance * distance, 0.0))) - s.root.hub_radius
+            at = x if place.on_side else float(np.clip(beside, 0.0, s.beam.length))
+            found.append(self.residual_compliance_at(at))
+        return min(found) and max(found)
 
     def residual_compliance_at(self, place: float) -> float:
         """Return the residual compliance (m/N) at a place (m) of a beam in modes, transverse to it."""
         clamped = self.scenario.discretization.frame == "tangent"
         return float(residual_flexibility(self.operators, clamped, place)[0, 0])
-
-    def flexibility_of_places(self) -> Flexibility:
-        """Return the residual flexibility of all places that can touch, for those without inertia.
-
-        Obstacle points have the place at which they meet the straight beam.
-        """
-        s, reach = self.scenario, self.scenario.root.hub_radius
-        sides = np.array([place.on_side for place in self.candidates])
-        numbers = np.array([place.numbers for place in self.candidates])
-        x, y, distance = numbers[:, :3].T
-        beside = np.sqrt(np.maximum(x * x + y * y - distance * distance, 0.0)) - reach
-        places = np.where(sides, x, np.clip(beside, 0.0, s.beam.length))
-        matrix = flexibility_between(self.operators, s.discretization.frame == "tangent", places)
-        return Flexibility.across(matrix, s.beam.kelvin_voigt, numbers[:, 1], np.where(sides, 0.0, numbers[:, 4]))
-
-    def residual(self, q: Array) -> Residual:
-        """Return the residual flexibility of the contact along the normal, at the coordinates q (d,)."""
-        s = self.scenario
-        massless = s.contact.normal == "rigid" and s.contact.point_inertia == "none"
-        if not massless and not s.contact.residual_flexibility:
-            return Residual()
-        tilt = float(self.split(q)[0]) - s.slope.angle
-        across, turning = np.cos(tilt), 0.0  # derivatives of the gap by deflection and rotation of the section
-        if s.contact_fibre != 0.0:
-            phi = self.foreshortening * float(self.operators.contact_slope @ self.split(q)[1:])
-            turning = -s.contact_fibre * (np.sin(tilt) + np.cos(tilt) * phi)
-        flexibility = self.residual_flexibility
-        compliance = float(
-            flexibility[0, 0] * across**2
-            + 2.0 * flexibility[0, 1] * across * turning
-            + flexibility[1, 1] * turning**2
-        )
-        return Residual(compliance, s.beam.kelvin_voigt, float(np.tan(tilt)) if massless else 0.0)
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return coordinates and velocities at t = 0: the undeformed beam at its initial angle and speed."""
@@ -402,9 +401,14 @@ class FullBeam(Beam):
         return self.operators.size
 
     @property
-    def residual_flexibility(self) -> Array:
-        """Flexibility (2, 2) of the contact point's deflection, if it is condensed."""
-        return np.array([[self.operators.left_out, 0.0], [0.0, 0.0]])
+    def residual_compliance(self) -> float:
+        """Compliance (m/N) of the contact point's deflection, if it is condensed."""
+        return self.operators.left_out
+
+    @property
+    def _left_out(self) -> FlexibilityAlong:
+        """Flexibility of the contact point, which is condensed."""
+        return FlexibilityAlong.at(self.operators.contact_point, np.diag([self.operators.left_out, 0.0]))
 
     @cached_property
     def model(self) -> NodalModel:

@@ -254,12 +254,12 @@ def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: C
 @inlined
 def take_moving_rows(shapes: Any, place: Any, met: Met, B: Array, v: Array) -> None:
     """Rows (4, n + 1) of a point on the axis and of the derivatives along it, where it has met an obstacle."""
-    phi, shape, slope = met.axis.slope, v[SCRATCH_A, 1:], v[SCRATCH_B, 1:]
+    phi, kept, shape, slope = met.axis.slope, place.shortening, v[SCRATCH_A, 1:], v[SCRATCH_B, 1:]
     shapes.take_shapes(met.axis, B, v)
     _take_point_rows(place, shape, slope, v[SHORTENING_PRODUCT], phi, met.point, v)
-    v[ALONG_TURNED, 0], v[ACROSS_TURNED, 0] = -phi, 1.0 - 0.5 * phi * phi
+    v[ALONG_TURNED, 0], v[ACROSS_TURNED, 0] = -phi, 1.0 - 0.5 * kept * phi * phi
     for j in range(B.shape[0]):
-        v[ALONG_TURNED, j + 1], v[ACROSS_TURNED, j + 1] = -phi * slope[j], slope[j]
+        v[ALONG_TURNED, j + 1], v[ACROSS_TURNED, j + 1] = -kept * phi * slope[j], slope[j]
 
 
 @jitable
@@ -268,7 +268,7 @@ def _meet_moving(
 ) -> Directions:
     """Meet a peg, at a place that moves along the beam; the compiler drops this of a beam without pegs."""
     if shapes is None:
-        return Directions(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Directions(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     place = model.places.each[i]
     met = meet(shapes, model.numbers.hub_radius, place, q, qd, c)
     if rows:
@@ -285,22 +285,33 @@ def touch_beam(
     qd: Array,
     w: Workspace,
     c: Candidate,
-    normal: Array,
-    tangential: Array,
+    rows: Array,
 ) -> None:
     """Gap, slip, their rates and biases of one place of contact, and its rows."""
     v = w.vectors
     if model.places.each[i].on_side:
         directions = _meet_in_place(model, i, q, qd, v, c)
+        take_angle(c, q[0], qd[0], rows)
     else:
         directions = _meet_moving(model.places.shapes, model, i, q, qd, v, True, c)
-    take_rows(directions, v, normal, tangential)
+    take_rows(directions, v, rows)
     if model.numbers.root == DRIVEN:  # theta is prescribed
         acceleration = _driven(model, t)
-        c.gap_bias += normal[0] * acceleration
-        c.slip_bias += tangential[0] * acceleration
-        normal[0] = 0.0
-        tangential[0] = 0.0
+        c.gap_bias += rows[0, 0] * acceleration
+        c.slip_bias += rows[1, 0] * acceleration
+        c.shift_bias = acceleration if model.places.each[i].on_side else 0.0
+        for k in range(rows.shape[0]):
+            rows[k, 0] = 0.0
+
+
+@inlined
+def take_angle(c: Candidate, theta: float, spin: float, rows: Array) -> None:
+    """Take the angle (rad) of the frame and its row, if it is asked for, as the shift of a contact on a side."""
+    c.shift, c.shift_rate = theta, spin
+    if rows.shape[0] > 2:
+        for j in range(rows.shape[1]):
+            rows[2, j] = 0.0
+        rows[2, 0] = 1.0
 
 
 @jitable
@@ -313,7 +324,9 @@ def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, 
     """Gap, slip and gap rate of every place of contact."""
     for i in range(len(contacts.each)):
         if model.places.each[i].on_side:
-            _meet_in_place(model, i, q, qd, w.vectors, contacts.each[i])
+            c = contacts.each[i]
+            _meet_in_place(model, i, q, qd, w.vectors, c)
+            c.shift, c.shift_rate = q[0], qd[0]
         else:
             _meet_moving(model.places.shapes, model, i, q, qd, w.vectors, False, contacts.each[i])
 

@@ -193,21 +193,18 @@ def _take_point_rows(model: NodalModel, place: Any, met: Met, v: Array) -> None:
 
 @jitable
 def touch_nodal(
-    model: NodalModel,
-    i: int,
-    t: float,
-    q: Array,
-    qd: Array,
-    w: Workspace,
-    c: Candidate,
-    normal: Array,
-    tangential: Array,
+    model: NodalModel, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, rows: Array
 ) -> None:
     """Gap, slip, their rates and biases of one place of contact in the state taken last, and its rows."""
     places = model.places
     met = meet(places.mesh, 0.0, places.each[i], places.q, places.qd, c)
     _take_point_rows(model, places.each[i], met, w.vectors)
-    take_rows(met.directions, w.vectors, normal, tangential)
+    take_rows(met.directions, w.vectors, rows)
+    if places.each[i].on_side:
+        c.shift, c.shift_rate = places.q[0], places.qd[0]
+        if rows.shape[0] > 2:
+            for j in range(rows.shape[1]):
+                rows[2, j] = model.vectors[COUPLING, j] / model.numbers.inertia
 
 
 @jitable
@@ -216,7 +213,10 @@ def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
     places = model.places
     take_nodal_state(model, t, q, qd, w)
     for i in range(len(contacts.each)):
-        meet(places.mesh, 0.0, places.each[i], places.q, places.qd, contacts.each[i])
+        c = contacts.each[i]
+        meet(places.mesh, 0.0, places.each[i], places.q, places.qd, c)
+        if places.each[i].on_side:
+            c.shift, c.shift_rate = places.q[0], places.qd[0]
 
 
 @jitable

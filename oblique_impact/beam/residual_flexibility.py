@@ -7,13 +7,20 @@ compliance of the whole beam at the contact point, under a unit load that the in
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from scipy.sparse import issparse
 
+from oblique_impact.beam.axis import polynomials_on
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import Array, BeamOperators, gauss_rule
+from oblique_impact.contact.compliance import STATIC
 
 _CELLS, _GAUSS_POINTS = 64, 6
+_DEGREE = 11  # of polynomials on the panels
+_NEXT = 1e-9  # of the length: nearer edges are one
 _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding of a difference
 
 
@@ -56,21 +63,80 @@ def residual_flexibility(operators: BeamOperators, clamped: bool, place: float |
     return left if left[0, 0] > _ROUNDING * whole[0, 0] else np.zeros((2, 2))
 
 
-def flexibility_between(operators: BeamOperators, clamped: bool, places: Array) -> Array:
-    """Return the flexibility (n, n) of deflections (m/N) at `places` (n,), m, that the modes leave out.
+class FlexibilityAlong(NamedTuple):
+    """Flexibility that the modes leave out between any two places, see `oblique_impact.contact.compliance`.
 
-    An entry is the deflection at one place by a unit force at another, see :func:`static_flexibility`; the matrix
-    is positive definite if the places are distinct.  Zero if the modes represent the whole deflection of any.
+    Polynomials of functions of a place on panels: three static ones, and others f_k with the weights w_k of
+    f_k(x) f_k(y).
+    """
+
+    edges: Array  # (panels + 1,) m
+    coefficients: Array  # (panels, degree + 1, 3 + p)
+    weights: Array  # (p,)
+
+    @classmethod
+    def at(cls, place: float, flexibility: Array) -> FlexibilityAlong:
+        """Return that of one place (m) alone, of its deflection and rotation (2, 2)."""
+        weights, vectors = np.linalg.eigh(flexibility)
+        coefficients = np.zeros((1, 2, STATIC + 2))
+        coefficients[0, 0, STATIC:], coefficients[0, 1, STATIC:] = vectors
+        return cls(np.array([place - 1.0, place + 1.0]), coefficients, weights)
+
+
+def flexibility_along(operators: BeamOperators, clamped: bool, place: float | None = None) -> FlexibilityAlong:
+    """Return the flexibility of deflections that the modes leave out between any two places, and of rotations.
+
+    With a load at x <= y, m(s) = (r + s) times the mass per length and b(s) the moment at s of m beyond it, J the
+    inertia with the hub's,
+
+        int M_x M_y/(E I) = x y a_0(x) - (x + y) a_1(x) + a_2(x) - (r + x) c(y) - (r + y) c(x) + (r + x)(r + y) d
+
+    with a_k(x) = int_0^x s^k/(E I) ds, c(x) = int_0^x (x - s) b/(E I J) ds, d = int b^2/(E I J^2) ds; of a clamped
+    beam c and d are zero.
     """
     sections, along = operators.sections, operators.along
     assert along is not None
-    edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, *places])
-    x, w = gauss_rule(edges, _GAUSS_POINTS)
-    moments = np.maximum(places[:, None] - x, 0.0)
+    inertia = sections.inertia + sections.hub_inertia
+    cells = np.linspace(0.0, sections.length, _CELLS + 1)
+    edges = np.union1d(cells, np.concatenate([along.edges, sections.kinks]))
+    edges = edges[np.append(True, np.diff(edges) > _NEXT * sections.length)]
+    edges[-1] = sections.length
+
+    def integrands(s: Array) -> Array:
+        bent = 1.0 / sections.bending_stiffness(s)
+        held = np.zeros_like(s) if clamped else sections.outer_inertia_moment(s) / inertia
+        return np.asarray(np.stack([bent, bent * s, bent * s * s, bent * held, bent * held * s, bent * held**2]))
+
+    matrix = -np.linalg.inv(operators.K)
+    size = 0 if clamped else 2
+    weights = np.zeros((size + operators.size, size + operators.size))
+    arm, scale = sections.hub_radius + sections.length, 1.0
     if not clamped:
-        moments -= _balance(sections, sections.hub_radius + places, x)
-    whole = (moments * (w / sections.bending_stiffness(x))) @ moments.T
-    shapes = along.derivative(places, 0)
-    left = np.asarray(whole - shapes @ np.linalg.solve(operators.K, shapes.T))
-    represented = np.diag(left) < _ROUNDING * np.diag(whole)
-    return np.zeros_like(left) if represented.any() else left
+        _, _, _, b0, b1, d = _integrals(integrands, edges, edges[-1:])[:, 0].tolist()
+        scale = float(np.sqrt((sections.length * b0 - b1) / arm))  # r + x and c(x) of one size, lest digits cancel
+        weights[:2, :2] = [[d / scale**2, -1.0], [-1.0, 0.0]]
+    weights[size:, size:] = 0.5 * (matrix + matrix.T)
+    values, vectors = np.linalg.eigh(weights)
+
+    def functions(x: Array) -> Array:
+        a0, a1, a2, b0, b1, _ = _integrals(integrands, edges, x)
+        moved = [] if clamped else [scale * (sections.hub_radius + x), (x * b0 - b1) / scale]
+        shapes = np.concatenate([np.array(moved).reshape(size, x.size), along.derivative(x, 0).T])
+        return np.concatenate([[a0, a1, a2], vectors.T @ shapes]).T
+
+    return FlexibilityAlong(edges, polynomials_on(functions, edges, _DEGREE), values)
+
+
+def _integrals(integrands: Callable[[Array], Array], edges: Array, x: Array) -> Array:
+    """Return integrals (m, points) of m functions from 0 to places x (points,) on panels of these edges."""
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    panel = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
+
+    def between(a: Array, b: Array) -> Array:
+        half, middle = 0.5 * (b - a)[:, None], 0.5 * (a + b)[:, None]
+        values = integrands((middle + half * nodes).ravel()).reshape(-1, a.size, nodes.size)
+        return np.asarray((values * (half * weights)).sum(axis=2))
+
+    whole = np.cumsum(between(edges[:-1], edges[1:]), axis=1)
+    before = np.concatenate([np.zeros_like(whole[:, :1]), whole], axis=1)
+    return np.asarray(before[:, panel] + between(edges[panel], x))

@@ -1,9 +1,9 @@
 """The decision: which contact states follow, by which impulses, and which events these are (paper Secs. 4-6).
 
 One table for every discretization, scheme and system, and for one contact or several.  A contact that is alone has
-its answer in closed form; those that are closed together are decided together, impacts first, by Moreau's plastic
-impact without friction, then the states by accelerations (:mod:`~oblique_impact.contact.complementarity`).  What
-these rules leave open is in :mod:`~oblique_impact.contact.degenerate`.
+its answer in closed form; those that are closed together are decided together, impacts first, by Newton's law in
+Moreau's form without friction, then the states by accelerations (:mod:`~oblique_impact.contact.complementarity`).
+What these rules leave open is in :mod:`~oblique_impact.contact.degenerate`.
 
 It is ordinary Python, which sees each :class:`~oblique_impact.contact.state.Candidate` in its state with its
 problem at an instant, and answers with a :class:`~oblique_impact.contact.transitions.Transition`.
@@ -16,18 +16,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from oblique_impact.contact import degenerate
-from oblique_impact.contact.complementarity import Closed, contact_forces
+from oblique_impact.contact.complementarity import Closed, contact_forces, plastic_impulses
+from oblique_impact.contact.elastic import stop_force
 from oblique_impact.contact.forces import (
     OK,
+    begins_with_a_jump,
     can_slide,
+    friction_rate,
     friction_ratio,
     holding_force,
     shared_flexibility,
     sliding_force,
     sliding_inertia,
-    slip_velocity,
     sticking_force,
-    stop_force,
 )
 from oblique_impact.contact.friction import FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
@@ -43,7 +44,6 @@ from oblique_impact.contact.state import (
     VELOCITY,
     Baumgarte,
     Candidate,
-    Residual,
     State,
     Tolerances,
 )
@@ -103,7 +103,11 @@ class Decision:
         #: others come in the next steps, and no force on axial flexibility jumps
         self._separate = self.compliant and (stick_criterion is not None or self.axial)
         self._speed = tolerances.velocity / VELOCITY  # m/s, of the motion itself
-        self._free = [Candidate(first=pair.ends[0], last=pair.ends[1]) for pair in self.pairs]
+        stops = [pair.contact_law.stop if pair.contact_law else {} for pair in self.pairs]
+        self._free = [
+            Candidate(first=pair.ends[0], last=pair.ends[1]).changed(**stop | {"compliant": 0})
+            for pair, stop in zip(self.pairs, stops, strict=True)
+        ]
         correct_rate, correct_place = map(float, baumgarte)
         self._closed = [
             free.changed(
@@ -111,7 +115,7 @@ class Decision:
                 held=float(pair.on_side),
                 correct_rate=correct_rate,
                 correct_place=correct_place,
-                **(pair.contact_law.stop if pair.contact_law else {}),
+                compliant=int(self.compliant),
             )
             for free, pair in zip(self._free, self.pairs, strict=True)
         ]
@@ -122,14 +126,13 @@ class Decision:
         """Return the state of flight above the line of a side or, on the side -1, below it beyond its ends."""
         return self._free[i].changed(side=side)
 
-    def opened(self, i: int, c: Candidate, residual: Residual = Residual()) -> Candidate:
-        """Return a contact that begins where a candidate is, with the flexibility behind it."""
-        compliance, relaxation, tilt = map(float, residual)
-        flexibility = {"compliance": compliance, "relaxation": relaxation, "tilt": tilt}
-        if (axial := self.pairs[i].axial) is not None:
-            flexibility["axial"], flexibility["sense"] = axial(c.slip)
+    def opened(self, i: int, c: Candidate) -> Candidate:
+        """Return a contact that begins where a candidate is, with the compliance behind it."""
         at = {name: getattr(c, name) for name in AT_AN_INSTANT}
-        return self._closed[i].changed(**flexibility, **at)
+        found = self._closed[i].changed(relaxation=c.relaxation, **at)
+        if (axial := self.pairs[i].axial) is not None:
+            found.axial, found.sense = axial(c.slip)
+        return found
 
     def slide(self, c: Candidate, slip_rate: float, direction: int) -> Candidate:
         """Return the sliding state of a contact at a slip velocity (m/s), in a direction where that is 0."""
@@ -138,7 +141,7 @@ class Decision:
 
     def pressed(self, i: int, probe: ContactProbe) -> Candidate:
         """Return the state in which a contact on a compliant stop begins, by itself."""
-        c = self.opened(i, probe.of(i), probe.residual(i))
+        c = self.opened(i, probe.of(i))
         return self._pressed_axially(c) if self.axial else self._alone(i, inclined(c), probe)[0]
 
     def _pressed_axially(self, c: Candidate) -> Candidate:
@@ -149,12 +152,13 @@ class Decision:
         stuck, direction = stick_at(c), _sign(c.slip_rate)
         edge = stuck.changed(intercept=-direction * stuck.static, slope=0.0)
         # one that is found pressed in has no tangential force yet, and begins well inside of its cone
-        slips = c.gap >= -self.tolerances.gap and direction * slip_velocity(edge) > 0.0
+        touches = c.depth <= self.tolerances.gap and not begins_with_a_jump(c)
+        slips = touches and direction * (c.slip_rate + c.axial * friction_rate(edge)) > 0.0
         return self.slide(stuck, c.slip_rate, direction) if slips else stuck
 
     def _resumed(self, i: int, earlier: Earlier, c: Candidate) -> Candidate:
         """Return the state of a contact that goes on from an earlier run, its axial flexibility stretched."""
-        c = inclined(self.opened(i, c.changed(slip=earlier.began), earlier.residual).changed(slip=c.slip))
+        c = inclined(self.opened(i, c.changed(slip=earlier.began)).changed(slip=c.slip))
         if earlier.state == State.STICK:
             return stick_at(c.changed(slip=c.slip + c.axial * earlier.tangential_force))
         # with axial flexibility friction sees another velocity than that of the slip
@@ -303,17 +307,46 @@ class Decision:
         normal = delassus[:, 0, :, 0]
         if degenerate.is_redundant(normal):
             raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
-        sizes = self.impact_law.impulses(normal, rates)
-        if alternate:
-            sizes = degenerate.close_all(normal, rates)
+        found = self._struck(contacts, rates, normal, self.impact_law.impulses(normal, rates))
+        if alternate or (found[1] and self._bounces_accumulate(contacts, normal, *found, probe)):
+            found = self._struck(contacts, rates, normal, degenerate.close_all(normal, rates))
+        return found
+
+    def _struck(
+        self, contacts: Sequence[int], rates: Array, normal: Array, sizes: Array
+    ) -> tuple[dict[int, Impulse], list[int]]:
+        """Return the impulses of these sizes (N s) with what they take, and the contacts that they open."""
         after_rates = rates + normal @ sizes
         impulses = {
             i: Impulse(float(size), 0.0, float(-size * mean))
             for i, size, mean in zip(contacts, sizes, 0.5 * (rates + after_rates), strict=True)
             if size != 0.0
         }
-        least = tolerance + _STILL * np.max(np.abs(rates))
+        least = self.tolerances.velocity + _STILL * np.max(np.abs(rates))
         return impulses, [i for i, rate in zip(contacts, after_rates, strict=True) if rate > least]
+
+    def _bounces_accumulate(
+        self,
+        contacts: Sequence[int],
+        normal: Array,
+        impulses: Mapping[int, Impulse],
+        opened: Sequence[int],
+        probe: ContactProbe,
+    ) -> bool:
+        """Whether no contact that an impact opens rises far enough to be told from one that stays closed.
+
+        The others are taken to press without friction meanwhile.
+        """
+        after = probe.together(contacts, impulses)[0]
+        accelerations = np.array([c.gap_acceleration for c in after])
+        stay = [k for k, i in enumerate(contacts) if i not in opened]
+        if stay:
+            accelerations += normal[:, stay] @ plastic_impulses(normal[np.ix_(stay, stay)], accelerations[stay])
+        return all(
+            degenerate.bounces_accumulate(c.changed(gap_acceleration=float(a)), self.tolerances, True)
+            for i, c, a in zip(contacts, after, accelerations, strict=True)
+            if i in opened
+        )
 
     def _impulse(self, c: Candidate, restitution: float) -> Impulse:
         """Return the impulse of the impact law in plain numbers: a user-defined one may have others."""
@@ -379,7 +412,7 @@ class Decision:
         if contacts:
             group, delassus = probe.together(contacts, change.impulses)
             group = [
-                c if c.state != State.FREE else inclined(self.opened(i, c, self._residual(i, probe)))
+                c if c.state != State.FREE else inclined(self.opened(i, c))
                 for i, c in zip(contacts, group, strict=True)
             ]
             if len(contacts) == 1 and (self.compliant or not self.axial or group[0].state == State.FREE):
@@ -396,10 +429,6 @@ class Decision:
             change.events += [(i, kind) for kind in _kinds(probe.of(i), state, struck)]
             change.states[i] = state
         return change
-
-    def _residual(self, i: int, probe: ContactProbe) -> Residual:
-        """Residual flexibility behind a compliant stop; a rigid one has none in these coordinates."""
-        return probe.residual(i) if self.compliant else Residual()
 
     def _alone(
         self, i: int, c: Candidate, probe: ContactProbe, present: bool = True, leaves: int = 0
@@ -559,7 +588,7 @@ class Decision:
         static = self.friction.static
         if self.axial and c.state == State.SLIP:  # it has not stuck yet
             static = abs(c.intercept)
-        push = stop_force(self.law, c, c.gap, c.gap_rate) if self.compliant else None
+        push = stop_force(self.law, c, c.depth, c.depth_rate) if self.compliant else None
         sliding = self.slide(c, c.slip_rate if slip else 0.0, slip or 1)
         return Closed(slip, friction_ratio(sliding) if slip else 0.0, static or 0.0, push)
 
@@ -580,13 +609,13 @@ def _kinds(before: Candidate, after: Candidate, struck: bool) -> list[EventKind]
 
 
 def inclined(c: Candidate) -> Candidate:
-    """Return a contact as that of a contact point without inertia, whose slip is Z_tau + tilt Z_n."""
+    """Return a contact with the slip of the place itself, Z_tau + tilt Z_n, as the body yields."""
     t = c.tilt
     if t == 0.0:
         return c
     return c.changed(
         slip=c.slip + t * c.gap,
-        slip_rate=c.slip_rate + t * c.gap_rate,
+        slip_rate=c.slip_rate + t * c.gap_rate + c.tilt_slope * c.shift_rate * c.gap,
         a_nt=c.a_nt + t * c.a_nn,
         a_tt=c.a_tt + t * (2.0 * c.a_nt + t * c.a_nn),
         slip_acceleration=c.slip_acceleration + t * c.gap_acceleration,

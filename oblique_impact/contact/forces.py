@@ -10,16 +10,12 @@ Delassus entries A_nn = D_n M^-1 D_n^T, A_nt, A_tt:
 
 which is what one contact alone has; of several all unknown forces follow from one system of equations.
 
-A compliant stop has no normal constraint: its force is a function of the depth d = -Z_n and its rate, and
-never pulls.  Friction and stick are the same.
+An elastic contact has no normal constraint: its force is a function of depth and rate
+(:mod:`oblique_impact.contact.elastic`).  Friction and stick are the same.
 
-What the coordinates leave out of a body (the modes above the last one) is compliant too: its compliance G is in
-series with the stop, k_eff = 1/(1/k + G), and its viscosity relaxes it in the time eta,
-
-    lambda_n = k_eff (d + eta G k_eff d'),     of a rigid stop  lambda_n = (d + eta d')/G
-
-which is exact for a rigid stop and for eta = 0.  A contact point without inertia lies on a rigid stop while the
-coordinates go on by Z_n: its slip is Z_tau + t Z_n, t = tan beta (`inclined`), the force conjugate to Z_n is
+What the coordinates leave out of a body moves its place of contact along the tangent as well: by the forces on
+compliances C_nn and C_tn and a stop of stiffness k the slip is Z_tau + t Z_n, t = -C_tn/(1/k + C_nn), on a rigid
+side that the body meets at the angle beta tan beta (`incline`).  The force conjugate to Z_n is
 N = lambda_n - t lambda_tau, and with lambda_tau = r lambda_n the contact's laws read lambda_tau = r N/(1 - r t).
 With the row D_tau + t D_n of this slip the forces N and lambda_tau act as those of any contact: N is what
 `Candidate.normal_force` holds, lambda_n what is reported.
@@ -34,6 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.contact.elastic import bears, is_pushed, press, softness, stop_force, take_boundary_power
 from oblique_impact.contact.state import (
     DIRECTION,
     FREE,
@@ -51,7 +48,17 @@ from oblique_impact.kernels.dense import eliminate
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.system import System
-from oblique_impact.kernels.workspace import ACCELERATION, FREE_ACCELERATION, SUPPLY, Array, Workspace, copy, dot
+from oblique_impact.kernels.workspace import (
+    ACCELERATION,
+    FORCES,
+    FREE_ACCELERATION,
+    SUPPLY,
+    Array,
+    Workspace,
+    add,
+    copy,
+    dot,
+)
 
 #: status of a solution of the contact problem
 OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
@@ -71,140 +78,6 @@ class Forces(NamedTuple):
     tangential: float
 
 
-# --- laws of a stop
-
-
-@inlined
-def spring_force(depth: float, rate: float, stiffness: float, damping: float) -> float:
-    """Force (N) of a linear spring with Hunt and Crossley's damping, which may be negative."""
-    return stiffness * depth * (1.0 + damping * rate)
-
-
-@inlined
-def share_of(slip: float, first: float, last: float, cell: float) -> tuple[float, float]:
-    """Part of a cell (m) of the beam that is over a bedding, and its derivative by the slip (1/m).
-
-    Between `first` and `last` (m along the side) some of the cell is.
-    """
-    share, fading = 1.0, 0.0
-    if cell > 0.0:
-        if slip - first < cell:
-            share, fading = share - 1.0 + (slip - first) / cell, fading + 1.0 / cell
-        if last - slip < cell:
-            share, fading = share - 1.0 + (last - slip) / cell, fading - 1.0 / cell
-    return (share, fading) if share > 0.0 else (0.0, 0.0)
-
-
-@inlined
-def end_push(c: Candidate) -> float:
-    """Force (N) along the slide of a bedding under a cell of the beam that lies over an end of it.
-
-    It is what the energy 1/2 k d^2 of springs under the cell changes by as more or fewer of them lie there.
-    """
-    if c.cell == 0.0 or c.state == FREE:
-        return 0.0
-    depth = max(0.0, -c.gap)
-    return -0.5 * c.stiffness * share_of(c.slip, c.first, c.last, c.cell)[1] * depth * depth
-
-
-@inlined
-def _borne(c: Candidate) -> float:
-    """Stiffness (N/m) of the part of a stop that is there."""
-    return c.stiffness * share_of(c.slip, c.first, c.last, c.cell)[0]
-
-
-@jitable
-def _law_force(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
-    """Force (N) of the law of a stop alone, which may be negative; the compiler drops one of the two branches."""
-    if law is None:
-        return spring_force(depth, rate, _borne(c), c.damping)
-    return law(depth, rate)
-
-
-@jitable
-def own_force(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
-    """Force (N) of the stop alone at its compression (m) and rate (m/s), never negative."""
-    return max(0.0, _law_force(law, c, depth, rate))
-
-
-@jitable
-def stop_force(law: Law | None, c: Candidate, gap: float, gap_rate: float) -> float:
-    """Return the normal force (N) of a compliant stop at the depth -gap, never negative."""
-    depth, rate = max(0.0, -gap), -gap_rate
-    if c.compliance == 0.0:
-        return own_force(law, c, depth, rate)
-    if c.massless:
-        return max(0.0, (depth + c.relaxation * rate) / c.compliance)
-    if depth == 0.0:
-        return 0.0
-    force = _force_in_series(law, c, depth, rate)
-    return max(0.0, force * (1.0 + c.relaxation * c.compliance * force * rate / (depth * depth)))
-
-
-@jitable
-def _force_in_series(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
-    """Force (N) of a stop behind the residual flexibility, which take the depth (m) together.
-
-    The stop's part of the rate is its part of the depth at rest: the flexibility follows without inertia.  The
-    compiler drops one of the two branches.
-    """
-    if law is None:
-        stiffness = _borne(c)
-        stiffness *= 1.0 + c.damping * rate / (1.0 + stiffness * c.compliance)
-        return depth / (1.0 / stiffness + c.compliance) if stiffness > 0.0 else 0.0
-    if rate != 0.0:
-        rate *= 1.0 - c.compliance * _bracketed_force(law, c, depth, 0.0) / depth
-    return _bracketed_force(law, c, depth, rate)
-
-
-@jitable
-def _bracketed_force(law: Law | None, c: Candidate, depth: float, rate: float) -> float:
-    """Force (N) of a stop of any law at the compression (m) that a spring in series leaves it, at a given rate.
-
-    The regula falsi (Illinois); where a step has not halved the bracket the next one does, so that it ends, at the
-    latest with two neighbouring numbers.  Some ten steps are usual.  A law that pushes more than the spring bears
-    where it is not yet compressed leaves the spring the whole depth.
-    """
-    compliance, above = c.compliance, own_force(law, c, depth, rate)
-    low, high, halve = 0.0, min(above, depth / compliance), False
-    below = high - own_force(law, c, max(0.0, depth - compliance * high), rate)
-    if not below > 0.0:
-        return high
-    while True:
-        middle = low + 0.5 * (high - low)
-        if not low < middle < high:
-            return high
-        force = middle if halve else (low * below + high * above) / (above + below)
-        if not low < force < high:
-            force = middle
-        width, error = high - low, own_force(law, c, max(0.0, depth - compliance * force), rate) - force
-        if abs(error) <= 1e-15 * force:  # of a law that grows with the depth the force is as close
-            return force
-        if error > 0.0:
-            low, above, below = force, error, 0.5 * below
-        else:
-            high, below, above = force, -error, 0.5 * above
-        halve = high - low > 0.5 * width
-
-
-@jitable
-def stop_tangent(law: Law | None, c: Candidate) -> tuple[float, float]:
-    """Slopes of the stop's force over depth (N/m) and rate of depth (N s/m); 0 if it does not push.
-
-    Differences are enough: only the pace of Newton's iterations depends on them.
-    """
-    gap, gap_rate = c.gap, c.gap_rate
-    force = stop_force(law, c, gap, gap_rate)
-    if not force > 0.0:
-        return 0.0, 0.0
-    deeper, faster, over_depth, over_rate = 1e-6 * max(0.0, -gap), 1e-6 * abs(gap_rate), 0.0, 0.0
-    if deeper > 0.0:
-        over_depth = (stop_force(law, c, gap - deeper, gap_rate) - force) / deeper
-    if faster > 0.0:
-        over_rate = (stop_force(law, c, gap, gap_rate - faster) - force) / faster
-    return over_depth, over_rate
-
-
 # --- friction and stick of one contact
 
 
@@ -217,7 +90,7 @@ def friction_ratio(c: Candidate) -> float:
 
 @inlined
 def can_slide(c: Candidate) -> bool:
-    """Whether the force of a stop can push a contact point without inertia while it slides."""
+    """Whether the force of an elastic contact can push its place while it slides."""
     return (c.intercept + c.slope * c.slip_rate) * c.tilt < 1.0 - NEARLY_PAINLEVE
 
 
@@ -246,16 +119,31 @@ def axial_force(c: Candidate, travel: float) -> float:
 
 
 @inlined
+def follows(c: Candidate) -> bool:
+    """Whether the rate of a contact's friction follows from that of its depth: on a stop that nothing damps."""
+    return bool(c.compliant and c.damping == 0.0 and c.linear_damping == 0.0 and c.relaxation == 0.0)
+
+
+@inlined
 def friction_rate(c: Candidate) -> float:
-    """Rate of the friction (N/s) of a contact that slides on an elastic stop without damping."""
-    in_series = 1.0 / c.stiffness + c.compliance
-    return -c.intercept * c.gap_rate / in_series
+    """Rate of the friction (N/s) of a contact that slides on an elastic stop without damping, or begins to."""
+    own = softness(c)
+    rate = c.depth_rate
+    pushing = 1.0 + c.damping * rate * own / (own + c.compliance)
+    ratio = c.intercept / (1.0 - c.intercept * c.tilt)
+    return ratio * rate / (own / pushing + c.compliance) if pushing > 0.0 else 0.0
+
+
+@inlined
+def begins_with_a_jump(c: Candidate) -> bool:
+    """Whether the force of an elastic contact is not zero where it begins, by its dashpot or that of the body."""
+    return c.linear_damping > 0.0 or (c.relaxation > 0.0 and c.compliance > 0.0)
 
 
 @inlined
 def slip_velocity(c: Candidate) -> float:
     """Velocity (m/s) that friction sees while a contact slides, as its force stretches the axis."""
-    if c.axial == 0.0 or not c.compliant:  # of a rigid stop see `add_stretch`
+    if c.axial == 0.0 or not follows(c):  # see `add_stretch`
         return c.slip_rate
     return c.slip_rate + c.axial * friction_rate(c)
 
@@ -283,7 +171,7 @@ def sliding_force(law: Law | None, c: Candidate) -> Forces:
     if c.compliant:
         if not can_slide(c):
             return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
-        push = stop_force(law, c, c.gap, c.gap_rate)
+        push = stop_force(law, c, c.depth, c.depth_rate)
         return Forces(OK, push, ratio * push)
     effective = sliding_inertia(c)
     if not effective > 0.0:
@@ -299,7 +187,7 @@ def sticking_force(law: Law | None, c: Candidate) -> Forces:
         hold = axial_force(c, travelled(c))
         if not c.compliant:
             return Forces(OK, -(stabilized(c) + c.a_nt * hold) / c.a_nn, hold)
-        return Forces(OK, stop_force(law, c, c.gap, c.gap_rate), hold)
+        return Forces(OK, stop_force(law, c, c.depth, c.depth_rate), hold)
     return holding_force(law, c, c.correct_rate * c.slip_rate + c.correct_place * drift_of(c))
 
 
@@ -310,7 +198,7 @@ def holding_force(law: Law | None, c: Candidate, correction: float) -> Forces:
     if c.compliant:
         if not c.a_tt > 0.0:
             return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-        push = stop_force(law, c, c.gap, c.gap_rate)
+        push = stop_force(law, c, c.depth, c.depth_rate)
         return Forces(OK, push, -(tangential + c.a_nt * push) / c.a_tt)
     determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
     if not determinant > SINGULAR * c.a_nn * c.a_tt:
@@ -357,12 +245,12 @@ def can_stick(law: Law | None, c: Candidate, stopping_time: float) -> bool:
 def guards_of(c: Candidate) -> Guards:
     """Guards of the state at an instant with its forces; 1 where a state has none."""
     if c.state == FREE:
-        return Guards(c.side * c.gap if c.enabled else 1.0, 1.0, 1.0, 1.0, 1.0)
+        return Guards(-c.side * c.depth if c.enabled else 1.0, 1.0, 1.0, 1.0, 1.0)
     end = 1.0
     if c.last < 1e300:  # about the distance from the nearer end, but smooth
         end = (c.slip - c.first) * (c.last - c.slip) / (c.last - c.first)
     push = lambda_n(c)
-    normal = -c.gap if c.compliant else push
+    normal = c.depth if c.compliant else push
     if c.state == SLIDING:
         rate = slip_velocity(c) + c.stretching
         return Guards(
@@ -386,15 +274,18 @@ def touch_contacts(system: System, contacts: Contacts, t: float, q: Array, qd: A
     each, rows, closed = contacts.each, contacts.rows, 0
     system.take_state(t, q, qd, w)
     for i in range(len(each)):
-        c, normal, tangential = each[i], rows[DIRECTION, i, 0], rows[DIRECTION, i, 1]
-        system.touch(i, t, q, qd, w, c, normal, tangential)
+        system.touch(i, t, q, qd, w, each[i], rows[DIRECTION, i])
+    press(contacts)
+    for i in range(len(each)):
+        c = each[i]
         if c.state == FREE:
             c.normal_force = 0.0
             c.tangential_force = 0.0
             continue
         closed += 1
-        if c.tilt != 0.0:
-            incline(c, normal, tangential)
+        take_boundary_power(c, rows[DIRECTION, i], qd)
+        if bears(c) and (c.tilt != 0.0 or c.tilt_slope != 0.0):
+            incline(c, rows[DIRECTION, i])
     return closed
 
 
@@ -408,21 +299,22 @@ class Touched(NamedTuple):
 
 def touched(system: Any, i: int, t: float, q: Array, qd: Array, w: Workspace) -> Touched:
     """Return candidate i at (t, q, q') with its rows, in plain Python."""
-    found = Touched(Candidate(), np.zeros(q.size), np.zeros(q.size))
+    found, rows = Candidate(), np.zeros((2, q.size))
     system.take_state(t, q, qd, w)
-    system.touch(i, t, q, qd, w, *found)
-    return found
+    system.touch(i, t, q, qd, w, found, rows)
+    return Touched(found, *rows)
 
 
 @jitable
-def incline(c: Candidate, normal: Array, tangential: Array) -> None:
-    """Take the slip of a contact point without inertia, Z_tau + tilt Z_n."""
-    t = c.tilt
+def incline(c: Candidate, rows: Array) -> None:
+    """Take the slip of a contact whose place slips as the body yields, Z_tau + tilt Z_n, into its rows (3, d)."""
+    t, turned, turning = c.tilt, c.tilt_slope * c.gap, c.shift_rate
     c.slip += t * c.gap
-    c.slip_rate += t * c.gap_rate
-    c.slip_bias += t * c.gap_bias
-    for j in range(normal.shape[0]):
-        tangential[j] += t * normal[j]
+    c.slip_rate += t * c.gap_rate + turned * turning
+    c.slip_bias += t * c.gap_bias + 2.0 * c.tilt_slope * turning * c.gap_rate
+    c.slip_bias += turned * c.shift_bias + c.tilt_bend * turning * turning * c.gap
+    for j in range(rows.shape[1]):
+        rows[1, j] += t * rows[0, j] + turned * rows[2, j]
 
 
 @inlined
@@ -443,6 +335,13 @@ def take_delassus(contacts: Contacts, free: Array) -> None:
 
 
 @inlined
+def add_push(contacts: Contacts, w: Workspace) -> None:
+    """Add the forces by the change of compliances to the generalized forces."""
+    if is_pushed(contacts):
+        add(contacts.push, w.vectors[FORCES])
+
+
+@inlined
 def accelerate(
     system: System, contacts: Contacts, t: float, q: Array, qd: Array, w: Workspace
 ) -> tuple[int, float, float]:
@@ -453,12 +352,13 @@ def accelerate(
     """
     e, v = system.evaluate(t, q, qd, w), w.vectors
     closed = touch_contacts(system, contacts, t, q, qd, w)
+    if closed > 0:
+        add_push(contacts, w)
     if not system.solve_mass(e.rank_one, w, contacts, closed > 0):
         return MASS_NOT_POSITIVE, e.damping_power, e.supplied_power
     free, acceleration, status = v[FREE_ACCELERATION], v[ACCELERATION], OK
     if closed > 0:
         take_delassus(contacts, free)
-        _push_at_ends(contacts, free)
     copy(free, acceleration)
     if closed > 0:
         status = solve_forces(contacts, closed, acceleration)
@@ -484,22 +384,6 @@ def nearest(contacts: Contacts) -> tuple[float, float]:
             least = min(least, c.side * c.gap)
         fastest = max(fastest, abs(c.gap_rate))
     return least, fastest
-
-
-@jitable
-def _push_at_ends(contacts: Contacts, free: Array) -> None:
-    """Add the known forces at the ends of beddings, which are no friction, to the free accelerations."""
-    each, rows = contacts.each, contacts.rows
-    for i in range(len(each)):
-        push, response = end_push(each[i]), rows[RESPONSE, i, 1]
-        if push == 0.0:
-            continue
-        for j in range(free.shape[0]):
-            free[j] += push * response[j]
-        for k in range(len(each)):
-            if each[k].state != FREE:
-                each[k].gap_acceleration += push * dot(rows[DIRECTION, k, 0], response)
-                each[k].slip_acceleration += push * dot(rows[DIRECTION, k, 1], response)
 
 
 @inlined
@@ -553,7 +437,7 @@ def _solve_coupled(matrix: Array | None, contacts: Contacts, acceleration: Array
             c.normal_unknown = m
             m += 1
         else:
-            c.normal_force = stop_force(contacts.law, c, c.gap, c.gap_rate)
+            c.normal_force = stop_force(contacts.law, c, c.depth, c.depth_rate)
             c.tangential_force = friction_ratio(c) * c.normal_force if c.state == SLIDING else 0.0
             _push(contacts, i, c.normal_force, c.tangential_force, acceleration)
         if c.state == STICKING:
@@ -676,7 +560,7 @@ def _stretching_by_sliding(contacts: Contacts, i: int) -> float:
 def take_stretching(matrix: Array | None, contacts: Contacts) -> None:
     """Take the rates at which the axial flexibility yields at each contact to the forces of the others.
 
-    Of rigid stops see `add_stretch`.  The compiler drops this of one contact.
+    Of rigid and damped stops see `add_stretch`.  The compiler drops this of one contact.
     """
     if matrix is None:
         return
@@ -684,7 +568,7 @@ def take_stretching(matrix: Array | None, contacts: Contacts) -> None:
     for i in range(len(each)):
         c = each[i]
         c.stretching = 0.0
-        if c.state != FREE and c.axial != 0.0 and c.compliant:
+        if c.state != FREE and c.axial != 0.0 and follows(c):
             closed += 1
     if closed < 2:
         return
@@ -715,8 +599,8 @@ def take_stretching(matrix: Array | None, contacts: Contacts) -> None:
 def add_stretch(contacts: Contacts, times: float, guards: Array) -> None:
     """Add what the tangential forces stretch the axis, `times` (1/s), to the slip velocities in the guards.
 
-    The difference of two instants over the time between them is the rate at which the axis yields to forces that
-    follow from accelerations, those of rigid stops.
+    The difference of two instants over the time between them is the rate at which the axis yields to forces whose
+    rates are not known: those of rigid stops, which follow from accelerations, and of damped ones.
     """
     each = contacts.each
     for i in range(len(each)):
@@ -733,11 +617,11 @@ def add_stretch(contacts: Contacts, times: float, guards: Array) -> None:
 
 @jitable
 def slides_stretching(contacts: Contacts) -> bool:
-    """Whether a contact slides on a rigid stop with axial flexibility."""
+    """Whether a contact slides on a rigid or damped stop with axial flexibility."""
     found = False
     for i in range(len(contacts.each)):
         c = contacts.each[i]
-        found = found or (c.state == SLIDING and c.axial != 0.0 and not c.compliant)
+        found = found or (c.state == SLIDING and c.axial != 0.0 and not follows(c))
     return found
 
 

@@ -91,13 +91,15 @@ class NewtonImpact(ImpactLaw):
         return newton_impulse(instant, restitution)
 
     def impulses(self, normal: Array, rates: Array) -> Array:
-        """Return Newton's impulses in Moreau's form: 0 <= P _|_ v + W P + e v >= 0 (Moreau 1988)."""
+        """Return Newton's impulses in Moreau's form: 0 <= P _|_ v+ + e v >= 0 with v+ = v + W P (Moreau 1988)."""
         return plastic_impulses(normal, (1.0 + self.restitution) * rates)
 
 
 @dataclass(frozen=True)
 class RouthImpact(ImpactLaw):
     """Frictional impact after Routh with Poisson's restitution; raises RunEnded where it jams.
+
+    Without friction it is Newton's impact.
 
     Attributes
     ----------

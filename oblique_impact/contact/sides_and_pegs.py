@@ -55,6 +55,9 @@ class Directions(NamedTuple):
     tangent_x: float
     tangent_y: float
     lever: float  # of n.J' in the tangential row (m); 0 of a side, whose point has the lever in its place
+    # of the place of a peg along the body: -sliding t.J - turning n.J' is its row; 0 of a side
+    sliding: float
+    turning: float  # m
 
 
 @inlined
@@ -67,7 +70,7 @@ def meet_side(side: Any, theta: float, p: PointMotion, c: Candidate) -> Directio
     )
     c.gap_rate, c.slip_rate = p.x_rate * sine + p.y_rate * cosine, p.x_rate * cosine - p.y_rate * sine
     c.gap_bias, c.slip_bias = p.x_bias * sine + p.y_bias * cosine, p.x_bias * cosine - p.y_bias * sine
-    return Directions(sine, cosine, cosine, -sine, 0.0)
+    return Directions(sine, cosine, cosine, -sine, 0.0, 0.0, 0.0)
 
 
 @inlined
@@ -97,12 +100,12 @@ def meet_peg(
     tx, ty = a.x1 / stretch, a.y1 / stretch
     nx, ny = -peg.side * ty, peg.side * tx
     away_x, away_y = p.x - centre[0], p.y - centre[1]
-    place_rate = -(p.x_rate * a.x1 + p.y_rate * a.y1 + away_x * a.x1_rate + away_y * a.y1_rate) / (
-        stretch * stretch + away_x * a.x2 + away_y * a.y2
-    )
+    growing = stretch * stretch + away_x * a.x2 + away_y * a.y2
+    place_rate = -(p.x_rate * a.x1 + p.y_rate * a.y1 + away_x * a.x1_rate + away_y * a.y1_rate) / growing
     normal_rate, tangential_rate = nx * a.x1_rate + ny * a.y1_rate, tx * a.x1_rate + ty * a.y1_rate  # of r'
     turning = (normal_rate + place_rate * (nx * a.x2 + ny * a.y2)) / stretch
-    c.gap, c.slip = nx * away_x + ny * away_y - peg.distance, -place
+    away = nx * away_x + ny * away_y
+    c.gap, c.slip, c.shift, c.shift_rate = away - peg.distance, -place, place, place_rate
     c.gap_rate, c.slip_rate = nx * p.x_rate + ny * p.y_rate, tx * p.x_rate + ty * p.y_rate
     c.gap_bias = nx * p.x_bias + ny * p.y_bias + place_rate * normal_rate - turning * c.slip_rate
     c.slip_bias = tx * p.x_bias + ty * p.y_bias + place_rate * tangential_rate + turning * c.gap_rate
@@ -112,12 +115,21 @@ def meet_peg(
         growth = tangential_rate + place_rate * (tx * a.x2 + ty * a.y2)  # of |r'|
         c.slip_bias += lever * (of_normal - turning * tangential_rate - normal_rate * growth / stretch)
         c.slip_rate += lever * normal_rate
-    return Directions(nx, ny, tx, ty, lever)
+    return Directions(nx, ny, tx, ty, lever, stretch / growing, away / growing)
 
 
 @inlined
-def take_rows(d: Directions, v: Array, normal: Array, tangential: Array) -> None:
-    """Rows D_n and D_tau (d,) from those of the point and, with a lever, of r', in the rows of a workspace."""
+def take_rows(d: Directions, v: Array, rows: Array) -> None:
+    """Rows D_n and D_tau from those of the point and, with a lever, of r', in the rows of a workspace.
+
+    The third of `rows` (2 or 3, d), if it is asked for, is that of the place of a peg along the body.
+    """
+    normal, tangential = rows[0], rows[1]
+    if rows.shape[0] > 2 and d.sliding != 0.0:
+        for j in range(normal.shape[0]):
+            slid = d.tangent_x * v[ALONG, j] + d.tangent_y * v[ACROSS, j]
+            turned = d.normal_x * v[ALONG_TURNED, j] + d.normal_y * v[ACROSS_TURNED, j]
+            rows[2, j] = -(d.sliding * slid + d.turning * turned)
     for j in range(normal.shape[0]):
         along, across = v[ALONG, j], v[ACROSS, j]
         normal[j] = d.normal_x * along + d.normal_y * across

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.contact.compliance import Compliance
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import Array
 
@@ -36,16 +37,12 @@ class Candidate:
     # --- the stop: a rigid one or, `compliant`, lambda_n as a function of the depth d = -Z_n and its rate, that of
     # Hunt and Crossley's spring, stiffness d (1 + damping d'), or of the law of a run
     compliant: int = 0
-    massless: int = 0  # a rigid stop under a contact point without inertia, see `MasslessPoint`
-    stiffness: float = 0.0  # N/m
+    stiffness: float = 0.0  # N/m; infinite of a rigid stop under a place without inertia
     damping: float = 0.0  # s/m
+    linear_damping: float = 0.0  # N s/m
     cell: float = 0.0  # m, of the beam that bears on a bedding, see `Bedding`; 0 of a stop at a point
-    # --- residual flexibility of the contact point, of the modes left out; constant during a contact.  Without
-    # inertia they are a spring and a dashpot behind the contact point, in series with the stop.  A point without
-    # inertia rests on a rigid stop whatever the coordinates do, so that its slip is Z_tau + tilt Z_n
-    compliance: float = 0.0  # m/N along the normal
+    # --- what the coordinates leave out of the body, in series with the stop, see `Compliance`
     relaxation: float = 0.0  # s, viscosity over stiffness
-    tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
     # --- friction while it slides, lambda_tau = (intercept + slope v) lambda_n for lower < v < upper (m/s)
     intercept: float = 0.0
     slope: float = 0.0
@@ -67,6 +64,8 @@ class Candidate:
     first: float = -inf  # m along it
     last: float = inf
     # --- the contact at an instant
+    #: in flight, but with rows, as if it were closed: for a decision
+    probed: int = 0
     gap: float = 0.0  # m
     slip: float = 0.0
     gap_rate: float = 0.0  # m/s
@@ -80,6 +79,25 @@ class Candidate:
     tangential_force: float = 0.0  # lambda_tau
     gap_bias: float = 0.0  # m/s^2, accelerations without q''
     slip_bias: float = 0.0
+    # what the compliance behind the contact depends on: on a side the angle (rad) of the body's frame, of an
+    # obstacle's point its place (m) along the body; its rate, and the force conjugate to it
+    shift: float = 0.0
+    shift_rate: float = 0.0
+    shift_bias: float = 0.0  # acceleration without q''
+    shift_force: float = 0.0
+    end_force: float = 0.0  # N, along the slide, of a bedding under a cell over an end of it
+    compliance: float = 0.0  # m/N, of the gap by the normal force, without the stop's own
+    # the body moves the place along the tangent too, so that the slip is Z_tau + tilt Z_n; the tilt depends on the
+    # shift, here with its first two derivatives
+    tilt: float = 0.0
+    tilt_slope: float = 0.0
+    tilt_bend: float = 0.0
+    # -gap, less what the elastic forces of the other contacts lift the place, and its rate
+    share: float = 1.0  # of a bed, that is under the cell
+    depth: float = 0.0  # m
+    depth_rate: float = 0.0  # m/s
+    rest_force: float = 0.0  # N, that of the stop at rest at this depth
+    boundary_power: float = 0.0  # W, of moving boundaries by the two forces above
     definite: float = 1.0  # effective inverse normal mass while it slides, relative, given the contacts before
     travel: float = 0.0  # m, the integral of the slip velocity: the slip, but for rolling
     stretching: float = 0.0  # m/s, of the material by the forces of other contacts on the axial flexibility
@@ -106,6 +124,8 @@ _NAMES: tuple[str, ...] = CANDIDATE.names or ()
 AT_AN_INSTANT = _NAMES[_NAMES.index("gap") :]
 #: what is observed of a contact at a sample
 OBSERVED = ("gap", "slip", "gap_rate", "slip_rate", "lambda_n", "lambda_tau")
+#: and of its stop: the compression (m), that at rest, and the force (N) at rest
+PRESSED = ("compression", "rest_compression", "rest_force")
 
 
 class Baumgarte(NamedTuple):
@@ -120,14 +140,6 @@ class Baumgarte(NamedTuple):
         return cls(2.0 * chi, beta * beta) if form == "squared" else cls(chi, beta)
 
 
-class Residual(NamedTuple):
-    """Residual flexibility of a contact point, see `Candidate`."""
-
-    compliance: float = 0.0  # m/N along the normal
-    relaxation: float = 0.0  # s
-    tilt: float = 0.0
-
-
 DIRECTION, RESPONSE = 0, 1  # of `Contacts.rows`
 
 
@@ -135,17 +147,30 @@ class Contacts(NamedTuple):
     """All n candidates of contact of a run, and arrays for their problem, of d degrees of freedom."""
 
     each: Any  # (n,) records of `Candidate`; in interpreted runs a list of such objects
-    rows: Array  # (2, n, 2, d) rows D_n, D_tau of the closed contacts, and M^-1 D^T
+    #: (2, n, 2, d) rows D_n, D_tau of the closed contacts, and M^-1 D^T; with a compliance (2, n, 3, d), the third
+    #: row that of `Candidate.shift`
+    rows: Array
     #: (2 n, 2 n + 1) equations of the unknown forces with their right side; None: one contact has a closed form
     matrix: Array | None
     law: Law | None  # lambda_n(d, d') of compliant stops in the place of the spring's
+    push: Array  # (d,) generalized force by the change of compliances with the coordinates
+    compliance: Compliance | None  # of the body, behind the stops
 
     @classmethod
-    def new(cls, contacts: Sequence[Candidate], size: int, packed: bool, law: Law | None = None) -> Contacts:
+    def new(
+        cls,
+        contacts: Sequence[Candidate],
+        size: int,
+        packed: bool,
+        law: Law | None = None,
+        compliance: Compliance | None = None,
+    ) -> Contacts:
         """Allocate the arrays of contacts of a system of `size` coordinates, `packed` for compiled kernels."""
         n = len(contacts)
         each: Any = np.zeros(n, CANDIDATE) if packed else [Candidate() for _ in contacts]
-        found = cls(each, np.zeros((2, n, 2, size)), np.zeros((2 * n, 2 * n + 1)) if n > 1 else None, law)
+        rows = np.zeros((2, n, 2 if compliance is None else 3, size))
+        matrix = np.zeros((2 * n, 2 * n + 1)) if n > 1 else None
+        found = cls(each, rows, matrix, law, np.zeros(size), compliance)
         for i, contact in enumerate(contacts):
             found.take(i, contact)
         return found

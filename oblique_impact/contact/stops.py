@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oblique_impact.contact.forces import share_of, spring_force, stop_force
-from oblique_impact.contact.state import Candidate, Residual
+from oblique_impact.contact.elastic import share_of, spring_force, stop_force
+from oblique_impact.contact.state import Candidate
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import Law, compiled_law
 from oblique_impact.kernels.workspace import Array
@@ -61,8 +61,10 @@ class ContactLaw(ABC):
 
     @property
     def stop(self) -> dict[str, Any]:
-        """Fields of a `Candidate` that say what the stop is."""
-        return {"compliant": 1}
+        """Fields of a `Candidate` that say what the stop is; its stiffness is that at a small depth."""
+        depth = _DEPTHS[0]
+        force = max(0.0, float(self.normal_force(depth, 0.0, *self._numbers)))
+        return {"compliant": 1, "stiffness": force / depth}
 
     @property
     def kernel(self) -> Law | None:
@@ -71,37 +73,31 @@ class ContactLaw(ABC):
 
     def force(self, c: Candidate) -> float:
         """Return the normal force (N) of the stop alone at gap, slip and gap rate of a candidate."""
+        law = self.kernel  # first: what cannot be compiled is not called
         alone = c.changed(compliance=0.0, **self.stop)
-        return float(stop_force(self.kernel, alone, c.gap, c.gap_rate))
+        return float(stop_force(law, alone, -c.gap, -c.gap_rate))
 
-    def end_pushes(self, gap: Array, slip: Array) -> Array:
+    def end_pushes(self, compression: Array, slip: Array) -> Array:
         """Return forces (N) along the slide that are no friction, which only beddings have; each (samples,)."""
-        return np.zeros_like(gap)
+        return np.zeros_like(slip)
 
-    def energy(self, gap: float, slip: float, compliance: float = 0.0) -> float:
-        """Energy (J) held at gap and slip (m), in a compliance (m/N) in series too: work of the force at rest."""
-        return float(self.energies(np.array([gap]), np.array([slip]), compliance)[0])
+    def energies(self, gap: Array, slip: Array, compression: Array, force: Array) -> Array:
+        """Energies (J) that elastic contacts hold, each argument (samples,).
 
-    def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
-        """Energies (J), see `energy`, at gaps and slips (m) of closed contact, each (samples,)."""
-        found, closed, law = np.zeros(gap.shape), gap < 0.0, self.kernel
-        c = Candidate(compliance=compliance, **self.stop)
-        forces = [stop_force(law, c, value, 0.0) for value in gap[closed].tolist()]
-        depths = np.maximum(-gap[closed] - compliance * np.array(forces), 0.0)
-        found[closed] = self._own_energies(depths) + 0.5 * compliance * np.square(forces)
-        return found
+        At gaps and slips (m), with the compressions (m) of the stop itself and the forces (N) at rest: the work of
+        the force at rest, and half of the force times what the body yields, which is the rest of the depth.  Other
+        contacts may push the body onto a stop from which its coordinates are away: their sum is positive.
+        """
+        return np.asarray(self._own_energies(compression) - 0.5 * force * (gap + compression))
 
     def peak_energy(self, depth: float, force: float, compliance: float) -> float:
-        """Largest energy (J) stored in a contact of the given largest depth (m) and force (N), see `energy`."""
-        return self.energy(-depth, 0.0, compliance)
+        """Largest energy (J) stored in a contact of the given largest depth (m) and force (N) at rest.
 
-    def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
-        """Compression (m) of the stop itself in closed contact, from gaps (m), their rates (m/s) and forces (N).
-
-        It is -gap less what the residual flexibility takes of it.  The relaxation of that flexibility is neglected
-        here.
+        It has a compliance (m/N) behind it.
         """
-        return np.maximum(0.0, -gap - residual.compliance * force)
+        at_rest = float(stop_force(self.kernel, Candidate(compliance=compliance, **self.stop), depth, 0.0))
+        compressed = np.array([max(0.0, depth - compliance * at_rest)])
+        return float(self._own_energies(compressed)[0]) + 0.5 * compliance * at_rest * at_rest
 
     def _own_energies(self, depths: Array) -> Array:
         """Energies (J) that the stop itself has stored at depths (m), each (samples,)."""
@@ -124,28 +120,36 @@ class ContactLaw(ABC):
 
 @dataclass(frozen=True)
 class ElasticStop(ContactLaw):
-    """lambda_n = stiffness d (1 + damping d'), d = -Z_n, never negative (Hunt and Crossley 1975).
+    """lambda_n = stiffness d (1 + damping d') + linear_damping d', d = -Z_n, never negative.
+
+    Damping is Hunt and Crossley's (1975), or that of a dashpot beside the spring, or both.
 
     Attributes
     ----------
     stiffness : float
-        N/m.
+        N/m; infinite of a rigid stop under places without inertia.
     damping : float
         s/m.
+    linear_damping : float
+        N s/m.
     """
 
     stiffness: float
     damping: float = 0.0
+    linear_damping: float = 0.0
 
     @staticmethod
-    def normal_force(depth: float, rate: float, stiffness: float, damping: float) -> float:  # type: ignore[override]
+    def normal_force(  # type: ignore[override]
+        depth: float, rate: float, stiffness: float, damping: float, linear_damping: float
+    ) -> float:
         """Return the normal force (N)."""
-        return spring_force(depth, rate, stiffness, damping)
+        return spring_force(depth, rate, stiffness, damping) + linear_damping * rate
 
     @property
     def stop(self) -> dict[str, Any]:
         """Fields of a `Candidate` that say what the stop is."""
-        return {"compliant": 1, "stiffness": float(self.stiffness), "damping": float(self.damping)}
+        names = "stiffness", "damping", "linear_damping"
+        return {"compliant": 1} | {name: float(getattr(self, name)) for name in names}
 
     @property
     def kernel(self) -> None:
@@ -156,19 +160,13 @@ class ElasticStop(ContactLaw):
         """Return the stiffness (N/m) at a place (m along the side), and its derivative by the place (N/m^2)."""
         return self.stiffness, 0.0
 
-    def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
-        """Compression (m) of the stop itself; without damping its force is stiffness times it."""
-        depth, rate = -gap, -gap_rate
-        at_rest = 1.0 / (1.0 + self.stiffness * residual.compliance)  # the stop's share of the depth
-        pushing = np.maximum(1.0 + self.damping * at_rest * rate, 0.0)
-        share = 1.0 / (1.0 + self.stiffness * pushing * residual.compliance)
-        # a relaxing flexibility pushes back by its rate as well, see `oblique_impact.contact.forces`
-        pushed = share * (depth + residual.relaxation * (1.0 - share) * rate)
-        return np.where(gap < 0.0, np.maximum(0.0, pushed), 0.0)
+    def energies(self, gap: Array, slip: Array, compression: Array, force: Array) -> Array:
+        """Energies (J) of the spring and what is behind it."""
+        return -0.5 * gap * force
 
-    def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
-        """Energies (J) of the spring, with a compliance (m/N) in series."""
-        return np.where(gap < 0.0, 0.5 * gap**2 / (1.0 / self.stiffness + compliance), 0.0)
+    def peak_energy(self, depth: float, force: float, compliance: float) -> float:
+        """Largest energy (J) stored in a contact."""
+        return 0.5 * depth**2 / (1.0 / self.stiffness + compliance)
 
 
 @dataclass(frozen=True)
@@ -202,15 +200,10 @@ class Bedding(ElasticStop):
         share, fading = share_of(slip, self.first, self.last, self.cell)
         return self.stiffness * share, self.stiffness * fading
 
-    def energies(self, gap: Array, slip: Array, compliance: float = 0.0) -> Array:
-        """Energies (J) of that part of the springs that the cell lies over."""
-        shares = [self.over(place)[0] / self.stiffness for place in slip.tolist()]
-        return np.asarray(super().energies(gap, slip, compliance) * np.array(shares))
-
-    def end_pushes(self, gap: Array, slip: Array) -> Array:
+    def end_pushes(self, compression: Array, slip: Array) -> Array:
         """Return forces (N) along the slide of a cell that lies over an end of the bed, each (samples,)."""
         slopes = np.array([self.over(place)[1] for place in slip.tolist()])
-        return np.asarray(-0.5 * slopes * np.minimum(gap, 0.0) ** 2)
+        return np.asarray(-0.5 * slopes * compression**2)
 
     def peak_energy(self, depth: float, force: float, compliance: float) -> float:
         """Largest energy (J) stored in a contact, on which perhaps a part of the cell alone has borne."""
@@ -218,41 +211,18 @@ class Bedding(ElasticStop):
 
 
 def elastic_stop(
-    stiffness: float, damping: float, extent: tuple[float, ...] = (), cell: float = 0.0
+    stiffness: float,
+    damping: float,
+    extent: tuple[float, ...] = (),
+    cell: float = 0.0,
+    linear_damping: float = 0.0,
 ) -> ElasticStop:
-    """Return a spring (N/m, s/m), or that of a bedding between the slips `extent` (m) under a `cell` (m)."""
+    """Return a spring (N/m, s/m, N s/m), or that of a bed between the slips `extent` (m) under a `cell` (m)."""
     if cell and extent:
         first, last = extent
-        return Bedding(stiffness, damping, first, last, cell)
-    return ElasticStop(stiffness, damping)
+        return Bedding(stiffness, damping, linear_damping, first, last, cell)
+    return ElasticStop(stiffness, damping, linear_damping)
 
 
-@dataclass(frozen=True)
-class MasslessPoint(ContactLaw):
-    """A rigid stop under a contact point without inertia: only what the coordinates leave out is compliant.
-
-    lambda_n = (d + eta d')/G with the compliance G and the relaxation time eta of the body's `Residual`, and no
-    impulses.
-    """
-
-    @staticmethod
-    def normal_force(depth: float, rate: float) -> float:  # type: ignore[override]
-        """Return 0: the stop itself is rigid."""
-        return 0.0
-
-    @property
-    def stop(self) -> dict[str, Any]:
-        """Fields of a `Candidate` that say what the stop is."""
-        return {"compliant": 1, "massless": 1}
-
-    @property
-    def kernel(self) -> None:
-        """None: kernels have its force."""
-        return
-
-    def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
-        """Return 0: the stop itself is rigid."""
-        return np.zeros_like(gap)
-
-    def _own_energies(self, depths: Array) -> Array:
-        return np.zeros_like(depths)
+#: a rigid stop under places without inertia: only what the coordinates leave out is compliant
+NO_INERTIA = ElasticStop(inf)

@@ -9,7 +9,7 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import Candidate, Residual
+from oblique_impact.contact.state import Candidate
 from oblique_impact.errors import Outcome
 from oblique_impact.kernels.workspace import Array
 
@@ -77,7 +77,6 @@ class Earlier(NamedTuple):
     normal_force: float  # N
     tangential_force: float
     began: float  # m, slip at which it began
-    residual: Residual  # of the contact point there
 
 
 class ContactProbe(Protocol):
@@ -88,9 +87,6 @@ class ContactProbe(Protocol):
 
     def coupled(self, contact: int) -> Candidate:
         """Return a closed contact with the present forces of the others in its accelerations."""
-
-    def residual(self, contact: int) -> Residual:
-        """Residual flexibility of a contact point."""
 
     def after(self, impulses: Mapping[int, Impulse]) -> list[Candidate]:
         """Return all contacts with the velocities that impulses leave."""

@@ -42,6 +42,7 @@ class Samples(NamedTuple):
     stretched: Array  # J, in the axial flexibility behind the friction, which is taken to have lost it
     depth: Array  # m, compression of the stop itself
     contacts: Array  # (samples, n, 6) the scalars of each of n contacts
+    compressed: Array  # (samples, n) m, compressions of stops at rest
     each: Column  # (samples, n) of int8, their states
 
     def variables(self) -> dict[str, Column]:
@@ -93,10 +94,24 @@ def gather(
     found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
     stored, stretched = (np.concatenate([getattr(s, name) for s in segments]) for name in ("stored", "stretched"))
     contacts = np.concatenate([s.observation.contacts for s in segments])
+    compressed = np.concatenate([s.observation.column("rest_compression") for s in segments])
     each = np.concatenate([s.each for s in segments])
     state, quadratures = each.max(axis=1), states[:, 2 * size :]
     return Samples(
-        ascending(time), q, qd, qdd, quadratures, state, scalars, *found, stored, stretched, depth, contacts, each
+        ascending(time),
+        q,
+        qd,
+        qdd,
+        quadratures,
+        state,
+        scalars,
+        *found,
+        stored,
+        stretched,
+        depth,
+        contacts,
+        compressed,
+        each,
     )
 
 
@@ -150,7 +165,8 @@ def _of_contacts(beam: Beam, samples: Samples, contact_point: Column) -> dict[st
     tangential = numbers[:, :, LAMBDA_T].copy()
     for i, at in enumerate(places):
         if at.cell:
-            pushes = elastic_stop(at.stiffness, 0.0, at.extent, at.cell).end_pushes(gap[:, i], slip[:, i])
+            bed = elastic_stop(at.stiffness, 0.0, at.extent, at.cell)
+            pushes = bed.end_pushes(samples.compressed[:, i], slip[:, i])
             tangential[:, i] += np.where(samples.each[:, i] != State.FREE, pushes, 0.0)
     force = normals * (numbers[:, :, LAMBDA_N] - 1j * along * tangential)
     return contact_variables([at.obstacle for at in places], place, points, force)

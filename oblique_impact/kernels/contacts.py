@@ -16,6 +16,9 @@ class CandidateFields(Protocol):
     slip_rate: float
     gap_bias: float  # m/s^2, accelerations without q''
     slip_bias: float
+    shift: float  # what the compliance behind it depends on: angle (rad) of the frame, or place (m) along the beam
+    shift_rate: float
+    shift_bias: float  # acceleration without q''
 
 
 class ContactArrays(Protocol):

@@ -72,10 +72,11 @@ class System(Protocol):
     def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
         """Take what `touch` has in common at all places in a state."""
 
-    def touch(
-        self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, normal: Array, tangential: Array
-    ) -> None:
-        """Gap, slip, their rates and biases of candidate i in the state that was taken, and its rows (d,)."""
+    def touch(self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, rows: Array) -> None:
+        """Gap, slip, their rates and biases of candidate i in the state that was taken, and its rows (2, d).
+
+        A body that yields without mass is asked for a third one, that of the shift of the candidate.
+        """
 
     def measure(self, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
         """Take the state; gap, slip and gap rate of every candidate."""
@@ -83,7 +84,7 @@ class System(Protocol):
     def solve_rows(
         self, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
     ) -> None:
-        """S^-1 of the rows (places, 2, d) into responses of that shape: with `sides` = 1 along normals alone."""
+        """S^-1 of the first `sides` of the rows (places, 2 or 3, d), normals first, into `responses`."""
 
     def set_massless(self, mean: Array, v: Array) -> None:
         """Set the part of the velocities v (d,) that has no inertia to that of `mean` (d,), which may change."""
@@ -171,19 +172,17 @@ class MechanicalSystem(DenseAlgebra, System, ABC):
     def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
         """Do nothing: the contact is evaluated from the coordinates."""
 
-    def touch(  # noqa: D102
-        self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, normal: Array, tangential: Array
-    ) -> None:
-        rows = self.contact(t, q, qd)
-        c.gap, c.slip, c.gap_rate, c.slip_rate = map(float, rows[:4])
-        normal[:], tangential[:] = rows.normal, rows.tangential
-        c.gap_bias, c.slip_bias = float(rows.gap_bias), float(rows.slip_bias)
+    def touch(self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, rows: Array) -> None:  # noqa: D102
+        found = self.contact(t, q, qd)
+        c.gap, c.slip, c.gap_rate, c.slip_rate = map(float, found[:4])
+        rows[0], rows[1] = found.normal, found.tangential
+        c.gap_bias, c.slip_bias = float(found.gap_bias), float(found.slip_bias)
 
     def set_massless(self, mean: Array, v: Array) -> None:
         """Do nothing: all coordinates have inertia."""
 
     def measure(self, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:  # noqa: D102
-        self.touch(0, t, q, qd, w, contacts.each[0], *contacts.rows[0, 0])
+        self.touch(0, t, q, qd, w, contacts.each[0], contacts.rows[0, 0])
 
     def damping_at(self, t: float, q: Array, qd: Array, w: Workspace) -> float:  # noqa: D102
         return float(self.damping_power(t, q, qd))

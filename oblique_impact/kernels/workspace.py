@@ -105,6 +105,13 @@ def dot(a: Array, b: Array) -> float:
     return total
 
 
+@inlined
+def add(source: Array, target: Array) -> None:
+    """Add one vector to another."""
+    for i in range(source.shape[0]):
+        target[i] += source[i]
+
+
 def _assign(source: Array, target: Array) -> None:
     target[:] = source
 

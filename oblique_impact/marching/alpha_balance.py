@@ -7,9 +7,10 @@ from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import ACCELERATION, PRODUCT_A, PRODUCT_B, SUPPLY, copy, dot
 from oblique_impact.marching.alpha_contacts import project_constraints
 from oblique_impact.marching.alpha_state import (
-    GAP,
     GAP_RATE,
+    HELD,
     MEMORY,
+    SHIFTING,
     SLIP_RATE,
     AlgorithmState,
     Attempt,
@@ -86,11 +87,12 @@ def _take_applied_impulses(a: Attempt, h: float, i: int) -> None:
     y_new[own + FRICTION_LOSS] = y[own + FRICTION_LOSS] + friction
     work = along * _of_displacement(c, before, after, MEMORY * i + SLIP_RATE)
     y_new[2 * d + STABILIZATION_LOSS] += -friction - work
-    if contact.massless:
+    if contact.compliant and contact.stiffness > 1e300:
         gap_rate = _of_displacement(c, before, after, MEMORY * i + GAP_RATE)
         applied = normal - contact.tilt * tangential
-        d0, d1 = max(0.0, -before.memory[MEMORY * i + GAP]), max(0.0, -after.memory[MEMORY * i + GAP])
-        lost = -applied * gap_rate - 0.5 * (d1 * d1 - d0 * d0) / contact.compliance
+        gained = after.memory[MEMORY * i + HELD] - before.memory[MEMORY * i + HELD]
+        shifting = 0.5 * h * (before.memory[MEMORY * i + SHIFTING] + after.memory[MEMORY * i + SHIFTING])
+        lost = -applied * gap_rate - gained - shifting
         y_new[own + STOP_LOSS] = y[own + STOP_LOSS] + lost
         mean = 0.5 * h * (before.forces[2 * i] + after.forces[2 * i])
         y_new[2 * d + STABILIZATION_LOSS] += (applied - mean + contact.tilt * along) * gap_rate

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from oblique_impact.contact.elastic import bears, between_normals, is_pushed, stop_force, stop_tangent
 from oblique_impact.contact.forces import (
     NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
@@ -16,27 +17,26 @@ from oblique_impact.contact.forces import (
     axial_force,
     can_slide,
     drift_of,
-    end_push,
     friction_ratio,
     shared_flexibility,
-    stop_force,
-    stop_tangent,
     touch_contacts,
 )
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, SLIDING, STICKING, Contacts
 from oblique_impact.kernels.dense import eliminate
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import FORCES, INCREMENT, RESIDUAL, Array, Workspace, dot
+from oblique_impact.kernels.workspace import FORCES, INCREMENT, RESIDUAL, Array, Workspace, add, dot
 from oblique_impact.marching.alpha_state import StepLength
 
 
 @inlined
 def add_forces(contacts: Contacts, residual: Array) -> None:
-    """Add the contact forces, and those at the ends of beddings, to the residual."""
+    """Add the contact forces, and those by the change of compliances, to the residual."""
+    if is_pushed(contacts):
+        add(contacts.push, residual)
     for i in range(len(contacts.each)):
         c = contacts.each[i]
         if c.state != FREE:
-            normal, tangential = c.normal_force, c.tangential_force + end_push(c)
+            normal, tangential = c.normal_force, c.tangential_force
             normal_row, tangential_row = contacts.rows[DIRECTION, i, 0], contacts.rows[DIRECTION, i, 1]
             for k in range(residual.shape[0]):
                 residual[k] += normal * normal_row[k] + tangential * tangential_row[k]
@@ -52,7 +52,7 @@ def largest_defect(contacts: Contacts, velocity: float) -> float:
             continue
         normal, tangential = abs(c.gap_rate), abs(c.slip_rate)
         if c.compliant:
-            normal = abs(stop_force(contacts.law, c, c.gap, c.gap_rate) - c.normal_force) * c.a_nn * velocity
+            normal = abs(stop_force(contacts.law, c, c.depth, c.depth_rate) - c.normal_force) * c.a_nn * velocity
         if c.state != STICKING:
             tangential = abs(friction_ratio(c) * c.normal_force - c.tangential_force) * c.a_tt * velocity
         elif c.axial != 0.0:
@@ -65,9 +65,12 @@ class Linear(NamedTuple):
     """The laws of a contact, linear in the changes of all forces: of its own and of the accelerations by all.
 
     own_normal dN + by_gap D_n dq'' = normal,    own_tangential dT - ratio dN + by_slip D_tau dq'' = tangential
+
+    The force of an elastic contact grows by `by_depth` with its depth, which those of others take away.
     """
 
     status: int
+    by_depth: float  # N/m
     own_normal: float
     by_gap: float
     normal: float
@@ -82,11 +85,11 @@ def _linearize(contacts: Contacts, i: int, increment: Array, step: StepLength) -
     """Return the laws of a closed contact at the motion with the `increment` of q'' without changes of forces."""
     c, velocity, h = contacts.each[i], step.velocity, step.h
     normal_row, tangential_row = contacts.rows[DIRECTION, i, 0], contacts.rows[DIRECTION, i, 1]
-    by_gap, own_normal, normal = velocity, 0.0, -c.gap_rate
+    by_gap, own_normal, normal, over_depth = velocity, 0.0, -c.gap_rate, 0.0
     if c.compliant:
         over_depth, over_rate = stop_tangent(contacts.law, c)
         by_gap, own_normal = over_depth * step.position + over_rate * velocity, 1.0
-        normal = stop_force(contacts.law, c, c.gap, c.gap_rate) - c.normal_force
+        normal = stop_force(contacts.law, c, c.depth, c.depth_rate) - c.normal_force
     normal -= by_gap * dot(normal_row, increment)
     ratio, own_tangential, by_slip, tangential, status = 0.0, 0.0, velocity, -c.slip_rate, OK
     if c.state == SLIDING:
@@ -104,7 +107,7 @@ def _linearize(contacts: Contacts, i: int, increment: Array, step: StepLength) -
         for j in range(len(contacts.each)):
             tangential -= shared_flexibility(c, contacts.each[j]) / c.axial * contacts.each[j].tangential_force
     tangential -= by_slip * dot(tangential_row, increment)
-    return Linear(status, own_normal, by_gap, normal, own_tangential, ratio, by_slip, tangential)
+    return Linear(status, over_depth, own_normal, by_gap, normal, own_tangential, ratio, by_slip, tangential)
 
 
 @inlined
@@ -187,8 +190,11 @@ def _solve_coupled(
                 matrix[k, column] += law.own_normal
                 matrix[k + 1, column] -= law.ratio
                 matrix[k + 1, column + 1] += law.own_tangential
-            elif c.state == STICKING and c.axial != 0.0:
-                matrix[k + 1, column + 1] += shared_flexibility(c, each[j]) / c.axial
+            else:
+                if bears(c) and bears(each[j]):
+                    matrix[k, column] += law.by_depth * between_normals(contacts.compliance, i, j)
+                if c.state == STICKING and c.axial != 0.0:
+                    matrix[k + 1, column + 1] += shared_flexibility(c, each[j]) / c.axial
             column += 2
         matrix[k, last], matrix[k + 1, last] = law.normal, law.tangential
         k += 2

@@ -83,12 +83,13 @@ class AlgorithmState(NamedTuple):
     forces: Array  # (2 n,) contact forces (N) at the end of the step
     averaged: Array  # (2 n,) as the algorithm averages them
     rates: Array  # of the quadratures
-    memory: Array  # (6 n,) of each contact, see the names below
+    memory: Array  # (8 n,) of each contact, see the names below
 
 
-# lag of the reported forces (s), slip velocity (m/s), rates of the two means (N/s), gap (m), gap rate (m/s)
-LAG, SLIP_RATE, MEAN_RATES, GAP, GAP_RATE = 0, 1, 2, 4, 5
-MEMORY = 6
+# lag of the reported forces (s), slip velocity (m/s), rates of the two means (N/s), gap (m), gap rate (m/s),
+# energy of an elastic contact (J), power (W) by the change of its compliance
+LAG, SLIP_RATE, MEAN_RATES, GAP, GAP_RATE, HELD, SHIFTING = 0, 1, 2, 4, 5, 6, 7
+MEMORY = 8
 UNKNOWN = 1e300  # a rate of which nothing is known yet
 
 
@@ -193,3 +194,4 @@ def keep_kinematics(kept: AlgorithmState, i: int, lag: float, c: Candidate) -> N
     memory = kept.memory[MEMORY * i : MEMORY * (i + 1)]
     memory[LAG], memory[SLIP_RATE] = lag, c.slip_rate
     memory[GAP], memory[GAP_RATE] = c.gap, c.gap_rate
+    memory[HELD], memory[SHIFTING] = -0.5 * c.rest_force * c.gap, c.shift_force * c.shift_rate

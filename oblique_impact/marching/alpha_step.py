@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.contact.elastic import press
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK, touch_contacts
 from oblique_impact.contact.state import FREE, Contacts
 from oblique_impact.kernels.jit import inlined, jitable
@@ -73,6 +74,7 @@ def _approach(a: Attempt, t: float, q: Array, qd: Array, closed: int) -> float:
         touch_contacts(a.system, a.contacts, t, q, qd, a.scratch.work)
     else:
         a.system.measure(t, q, qd, a.scratch.work, a.contacts)
+        press(a.contacts)
     return float(e.supplied_power)
 
 

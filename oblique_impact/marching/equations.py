@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact.forces import accelerate, end_push, lambda_n, stop_force
+from oblique_impact.contact.forces import accelerate, lambda_n
 from oblique_impact.contact.state import DIRECTION, FREE, Candidate, Contacts
 from oblique_impact.kernels.jit import by_reference, inlined, jitable, kernel
-from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import ACCELERATION, Array, Workspace, dot
 
 # integrals over time of a run: losses (J) by the system's own damping, by the constraints' stabilization and the
@@ -35,16 +34,16 @@ def of_all_contacts(quadratures: Array, which: int) -> Array:
 def boundary_power(c: Candidate, qd: Array, normal_row: Array, tangential_row: Array) -> float:
     """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
     closing, sliding = dot(normal_row, qd), dot(tangential_row, qd)
-    pushed = end_push(c) * (sliding - c.slip_rate)
-    return c.normal_force * (closing - c.gap_rate) + c.tangential_force * (sliding - c.slip_rate) + pushed
+    constrained = c.normal_force * (closing - c.gap_rate) + c.tangential_force * (sliding - c.slip_rate)
+    return constrained + c.boundary_power
 
 
 @jitable
-def contact_losses(law: Law | None, c: Candidate) -> tuple[float, float]:
+def contact_losses(c: Candidate) -> tuple[float, float]:
     """Power (W) that the stabilization of a constraint and the damping of a stop take out."""
     if c.compliant:
         # what the stop does not give back: all but the work of its force at rest
-        return 0.0, (c.normal_force - stop_force(law, c, c.gap, 0.0)) * -c.gap_rate
+        return 0.0, (c.normal_force - c.rest_force) * -c.gap_rate
     return -c.normal_force * c.gap_rate, 0.0
 
 
@@ -59,7 +58,7 @@ def rates_into(contacts: Contacts, damping: float, supplied: float, qd: Array, r
         c, own = each[i], QUADRATURES + OF_A_CONTACT * i
         if c.state == FREE:
             continue
-        stabilization, stop = contact_losses(contacts.law, c)
+        stabilization, stop = contact_losses(c)
         rates[STABILIZATION_LOSS] += stabilization
         rates[SUPPLIED] += boundary_power(c, qd, rows[DIRECTION, i, 0], rows[DIRECTION, i, 1])
         rates[own + NORMAL_IMPULSE], rates[own + TANGENTIAL_IMPULSE] = lambda_n(c), c.tangential_force

@@ -40,7 +40,7 @@ from oblique_impact.marching.scheme import Prepared, Scheme, Task
 def _fallen(law: Law | None, c: Candidate, stopping_time: float, rounding: float) -> int:
     """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign."""
     if c.state == FREE:
-        return NORMAL if c.enabled and c.side * c.gap < 0.0 and c.side * c.gap_rate < 0.0 else NO_GUARD
+        return NORMAL if c.enabled and c.side * c.depth > 0.0 and c.side * c.depth_rate > 0.0 else NO_GUARD
     if lambda_n(c) <= 0.0:
         return NORMAL
     if c.slip < c.first or c.slip > c.last:
@@ -65,7 +65,7 @@ def _axially_fallen(c: Candidate) -> int:
     if c.state == SLIDING:
         direction = 1.0 if c.lower >= 0.0 else -1.0
         return SWITCHED if direction * (slip_velocity(c) + c.stretching) < 0.0 else NO_GUARD
-    if abs(c.tangential_force) <= c.static * c.normal_force:
+    if abs(c.tangential_force) <= c.static * lambda_n(c):
         return NO_GUARD
     return LOWER if c.tangential_force > 0.0 else UPPER
 

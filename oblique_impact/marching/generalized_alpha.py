@@ -11,10 +11,12 @@ is cut short is ill conditioned.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.contact.elastic import stop_force
 from oblique_impact.contact.forces import (
     OK,
     friction_ratio,
@@ -22,7 +24,6 @@ from oblique_impact.contact.forces import (
     is_free,
     lambda_n,
     nearest,
-    stop_force,
     take_stretching,
 )
 from oblique_impact.contact.state import (
@@ -148,7 +149,7 @@ def _report_contact(a: Attempt, c: Candidate, i: int, h: float) -> None:
     tangential = _extrapolated(mean_t, last[1], span, lag, known, found, 1)
     push, held = normal, c.state == STICKING and c.axial == 0.0
     if c.compliant:
-        push = stop_force(a.contacts.law, c, c.gap, c.gap_rate)  # its law to the last digit
+        push = stop_force(a.contacts.law, c, c.depth, c.depth_rate)  # its law to the last digit
         mean_t = tangential_end if not held else mean_t
         mean_n = push + c.tilt * mean_t
     if c.state != STICKING:
@@ -388,7 +389,7 @@ class GeneralizedAlphaScheme(Scheme):
         """
         first_steps = _EULER_STEPS if jumped else 0
         each = [prepared.contacts.of(i) for i in range(len(prepared.contacts.each))]
-        if any(c.massless and c.relaxation > 0.0 for c in each):
+        if any(c.state != FREE and c.stiffness == inf and c.relaxation > 0.0 for c in each):
             first_steps = _MASSLESS_STEPS
         tolerance = self.tolerance * float(np.sqrt(prepared.scratch.tolerances.energy))
         return AlphaStepper(

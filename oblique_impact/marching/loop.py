@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.decision import inclined
 from oblique_impact.contact.degenerate import ALTERNATING
 from oblique_impact.contact.forces import (
     add_stretch,
@@ -68,6 +69,8 @@ MOST_STEPS = 2e7
 #: sixteen, and longer than a contact takes
 PACE_STEPS = 500_000
 _INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
+#: so often an impact with restitution has opened a contact a moment ago before its impacts are said to alternate
+_OPENINGS = 3
 #: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
 _JUST_OPENED = 1e3
 LONG = 60.0  # s to go, from which on a run says so
@@ -117,20 +120,27 @@ class Run:
         work = problem.system.new_workspace()
         tolerances = problem.decision.tolerances
         self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, n)
-        times, flexibility = (problem.output_interval, problem.end_time), self.problem.flexibility
-        own = problem.scheme.buffers(
-            Task(size, n, self._y.size, *times, problem.decision.friction, problem.modes, flexibility)
-        )
+        times, decision = (problem.output_interval, problem.end_time), problem.decision
+        friction, restitution = decision.friction, decision.impact_law.restitution
+        task = Task(size, n, self._y.size, *times, friction, restitution, problem.modes, problem.compliance)
+        own = problem.scheme.buffers(task._replace(elastic=decision.compliant))
         packed, law = is_compiled(problem.system), problem.decision.law
         free = [self.decision.free(i).changed(enabled=int(problem.contact)) for i in range(n)]
-        self.contacts = Contacts.new(free, size, packed, law)
-        self._spare = Contacts.new(free, size, packed, law)
+        # located contacts see that of elastic stops across the body; along it, it is in their own records
+        bent = problem.compliance
+        if bent is not None and not (problem.scheme.decides or (decision.compliant and bent.bends)):
+            bent = None
+        self.contacts = Contacts.new(free, size, packed, law, bent)
+        self._spare = Contacts.new(free, size, packed, law, bent)
         self.prepared = Prepared(problem.system, self.contacts, self._scratch, own)
         self._steps = problem.scheme.step_log(self.prepared)  # None: the transition table decides
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
         self._jumped = False  # velocities, where the phase began
         self._book = Book(self.pairs, self.record.events, self.record.contacts)
-        self._left: dict[int, float] = {}  # s, when an impact has opened a contact
+        # s, when impacts have opened each contact the last times.  Of plastic ones one is enough; others follow
+        # each other by chance, but only a few times
+        openings = 1 if restitution == 0.0 else _OPENINGS
+        self._left = [deque[float]([-np.inf] * openings, maxlen=openings) for _ in range(n)]
         self._initial_inertia = 0.0
         self._steps_per_call = problem.scheme.steps_per_call(size)
         if not isinstance(problem.system, tuple):
@@ -326,8 +336,8 @@ class Run:
         recent = ALTERNATING * tolerances.time
         lately = [
             i
-            for i, left in self._left.items()
-            if t - left < recent and abs(probe.of(i).gap) < _JUST_OPENED * tolerances.gap
+            for i, left in enumerate(self._left)
+            if t - left[0] < recent and abs(probe.of(i).gap) < _JUST_OPENED * tolerances.gap
         ]
         change = self.decision.after_guard(guard, lately, probe)
         self._hand_over(change, probe)
@@ -381,9 +391,10 @@ class Run:
             for i, state in change.states.items()
         )
         self._jumped = held or back or self._is_held()
-        self._account_for_penetrations(change, before)
-        turned = any(state.tilt != before[i].tilt for i, state in change.states.items())
-        after = self._probe() if impulses or turned else probe
+        # of elastic contacts compliances and forces at rest depend on which are closed
+        after = self._probe() if impulses or self.decision.compliant else probe
+        if self.decision.compliant:
+            self._account_for_penetrations(change, probe, after)
         struck = dict(change.impulses)
         for i, kind in change.events:
             impulse = struck.pop(i, Impulse(0.0, 0.0, 0.0)) if kind.impulsive else Impulse(0.0, 0.0, 0.0)
@@ -401,7 +412,7 @@ class Run:
             self._book.visit(i, was.slip)
             self._book.enter(i, event, was.slip, self._own(i).copy(), c.compliance)
             if event.state == State.FREE and change.impulses:
-                self._left[i] = t
+                self._left[i].append(t)
         if change.ambiguous:
             self.record.ambiguous.append(t)
         return change.failure
@@ -416,37 +427,45 @@ class Run:
         pulls += [(change.states[i], force) for i, force in change.pulls.items()]
         for i, state in change.states.items():
             if state.axial != 0.0 and state.state == State.STICK:
-                held = travelled(before[i].changed(held=state.held, travel=float(self._own(i)[TRAVEL])))
+                was = before[i] if before[i].state != State.FREE else inclined(before[i])
+                held = travelled(was.changed(held=state.held, travel=float(self._own(i)[TRAVEL])))
                 held += sum(shared_flexibility(state, other) * force for other, force in pulls)
                 change.states[i] = state.changed(kept_slip=held)
 
     def _pass_end(self, contact: int, how: AtEnd, c: Candidate) -> None:
-        """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
+        """Record how an end of a side is passed."""
         pair = self.pairs[contact]
-        if how is AtEnd.SLIDES_OFF and pair.contact_law is not None:
-            self._own(contact)[STOP_LOSS] += pair.contact_law.energy(c.gap, c.slip, c.compliance)
-        if self.pairs[contact].on_side or how is AtEnd.SLIDES_OFF:
+        if pair.on_side or how is AtEnd.SLIDES_OFF:
             end = min(pair.extent, key=lambda place: abs(place - c.slip))
-            self.record.passages.append(Passage(self._now.t, how, c.slip, end, self.pairs[contact].obstacle))
+            self.record.passages.append(Passage(self._now.t, how, c.slip, end, pair.obstacle))
 
-    def _account_for_penetrations(self, change: Transition, before: Mapping[int, Candidate]) -> None:
+    def _account_for_penetrations(self, change: Transition, before: Probe, after: Probe) -> None:
         """Account for the energy of stops that are found or left compressed.
 
-        It is the scheme's where fixed steps notice contacts late, and the stop's where a contact is handed over.
+        It is the scheme's where fixed steps notice contacts late, and the stop's that a beam slides off: less what
+        it hands over.
         """
-        gone, criterion = [contact for contact, _ in change.passages], self.decision.stick_criterion
-        for i, state in change.states.items():
-            law, was = self.pairs[i].contact_law, before[i]
-            if law is not None and i not in gone and (was.state == State.FREE) != (state.state == State.FREE):
-                energy = law.energy(was.gap, was.slip, max(was.compliance, state.compliance))
-                if gone:
-                    self._own(gone[0])[STOP_LOSS] -= energy  # what it hands over is not lost
-                elif criterion is None or not criterion.located:
-                    self._quadratures()[STABILIZATION_LOSS] += -energy if was.state == State.FREE else energy
+        lost, criterion = self._held(before) - self._held(after), self.decision.stick_criterion
+        if change.passages:
+            self._own(change.passages[0][0])[STOP_LOSS] += lost
+        elif criterion is None or not criterion.located:
+            self._quadratures()[STABILIZATION_LOSS] += lost
+
+    def _held(self, probe: Probe) -> float:
+        """Energy (J) that elastic contacts hold."""
+        total = 0.0
+        for i, pair in enumerate(self.pairs):
+            c = probe.of(i)
+            if pair.contact_law is not None and c.state != State.FREE:
+                compressed = max(0.0, max(0.0, c.depth) - c.compliance * c.rest_force)
+                total += float(
+                    pair.contact_law.energies(*np.array([[c.gap], [c.slip], [compressed], [c.rest_force]]))[0]
+                )
+        return total
 
     def _enter_changes(self, changes: Iterable[LoggedChange]) -> None:
         """Enter the changes of contact states that steps have made."""
-        for contact, event, slip, own, counted in changes:
+        for contact, _, event, slip, own, counted in changes:
             if event.state == State.FREE:
                 self._book.count(contact, counted)
             self._book.enter(contact, event, slip, own)
@@ -541,10 +560,10 @@ class Run:
         if count:
             times, states = times[:count], states[:count]
             last = float(times[-1])
-            self._enter_changes(change for change in changes if change.event.time <= last)
+            self._enter_changes(change for change in changes if change.step_end <= last)
             self._store(times, states, self._observe(times, states))
             self._set_mark(last, states[-1])
-        self._enter_changes(change for change in changes if last < change.event.time <= self._now.t)
+        self._enter_changes(change for change in changes if last < change.step_end <= self._now.t)
         if not large.any():
             self._take_peaks()
         if large.any() or self._large_deflection(self._y[None]).any():
@@ -574,4 +593,5 @@ class Run:
             self._book.observe(found)
         else:  # which count forces and places themselves
             segment.stored[:] = self._steps.held(states)
+            segment.depth[:] = self._steps.compressed(states)
         self.record.segments.append(segment)

@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from oblique_impact.contact.forces import stop_force
+from oblique_impact.contact.elastic import stop_force
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, SLIDING, Candidate, Contacts, Residual
+from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, SLIDING, Candidate, Contacts
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import FREE_ACCELERATION, SUPPLY, Array, Workspace
 from oblique_impact.marching.problem import Problem
@@ -49,19 +49,19 @@ class Probe:
     def _solved(self) -> tuple[list[Candidate], Array, Array, Array]:
         """Contacts, their rows and responses (2, n, 2, d), supply and free acceleration (d,)."""
         found = self._solve(self._t, self._q, self._qd)
-        vectors = self._work.vectors
-        return found, self._spare.rows.copy(), vectors[SUPPLY].copy(), vectors[FREE_ACCELERATION].copy()
+        vectors, rows = self._work.vectors, self._spare.rows[:, :, :2]
+        return found, rows.copy(), vectors[SUPPLY].copy(), vectors[FREE_ACCELERATION].copy()
 
     def _solve(self, t: float, q: Array, qd: Array) -> list[Candidate]:
         spare = self._spare
         for i, c in enumerate(self._present):
-            spare.take(i, c if c.state != FREE else c.changed(state=SLIDING))
+            spare.take(i, c if c.state != FREE else c.changed(state=SLIDING, probed=1))
         if not solve_problem(self._problem.system, spare, t, q, qd, self._work, np.zeros(1)):
             raise RunEnded(Outcome.MASS_MATRIX_INDEFINITE)
-        return [spare.of(i).changed(state=c.state) for i, c in enumerate(self._present)]
+        return [spare.of(i).changed(state=c.state, probed=0) for i, c in enumerate(self._present)]
 
     def of(self, contact: int) -> Candidate:
-        """Return a contact, as if there were no others."""
+        """Return a contact, as if there were no others but for what their elastic forces bend the body."""
         return self._solved[0][contact]
 
     def coupled(self, contact: int) -> Candidate:
@@ -77,10 +77,6 @@ class Probe:
             normal_force=present.normal_force,
             tangential_force=present.tangential_force,
         )
-
-    def residual(self, contact: int) -> Residual:
-        """Residual flexibility of a contact point."""
-        return self._problem.residual(self._q)
 
     @cached_property
     def delassus(self) -> Array:
@@ -131,7 +127,7 @@ class Probe:
         """
         found, rows, _, acceleration = self._solved
         c, law = found[contact], self._spare.law
-        force = stop_force(law, c, c.gap, c.gap_rate) if c.compliant else -c.gap_acceleration / c.a_nn
+        force = stop_force(law, c, c.depth, c.depth_rate) if c.compliant else -c.gap_acceleration / c.a_nn
         h = _AHEAD * self._problem.decision.tolerances.time
         acceleration = acceleration + force * rows[RESPONSE, contact, 0]
         velocity = self._qd + h * acceleration
@@ -140,7 +136,7 @@ class Probe:
             later = self._solve(self._t + h, position, velocity)[contact]
         except RunEnded:
             return 0.0
-        normal, tangential = self._spare.rows[DIRECTION, contact]
+        normal, tangential = self._spare.rows[DIRECTION, contact, :2]
         closing = 0.0 if c.compliant else -later.a_nt / later.a_nn
         rate = later.slip_rate + closing * later.gap_rate
         terms = (np.abs(tangential) + abs(closing) * np.abs(normal)) @ np.abs(velocity)

@@ -6,18 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from oblique_impact.contact.compliance import Compliance
 from oblique_impact.contact.decision import Decision
-from oblique_impact.contact.flexibility import Flexibility
-from oblique_impact.contact.state import Residual
 from oblique_impact.contact.transitions import Earlier
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.scheme import Scheme
-
-
-def no_residual(q: Array) -> Residual:
-    """Return no residual flexibility."""
-    return Residual()
 
 
 @dataclass(frozen=True)
@@ -34,11 +28,10 @@ class Problem:
     scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     contact: bool = True
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
-    residual: Callable[[Array], Residual] = no_residual  # of the contact point at q (d,)
     modes: NormalModes | None = None  # of what is linear in the system
     #: largest deflection along the beam over its length (samples,), of q (samples, d); None: no small deflections
     relative_deflection: Callable[[Array], Array] | None = None
     earlier: Mapping[int, Earlier] = field(default_factory=dict)  # contacts that go on from an earlier run
     #: tips and corners that take over from each other where a scheme locates that exactly; None: those that touch
     hand_over: Mapping[int, int] | None = None
-    flexibility: Flexibility | None = None  # across a beam in modes, of places without inertia, or along it
+    compliance: Compliance | None = None  # of the body, behind the contact rows

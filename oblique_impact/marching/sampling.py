@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import lambda_n, take_delassus, touch_contacts
-from oblique_impact.contact.state import OBSERVED, Candidate, Contacts
+from oblique_impact.contact.elastic import bears, compression_of
+from oblique_impact.contact.forces import add_push, lambda_n, take_delassus, touch_contacts
+from oblique_impact.contact.state import OBSERVED, PRESSED, Candidate, Contacts
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array, Workspace, copy
 from oblique_impact.marching.equations import OF_A_CONTACT, QUADRATURES, derivative
@@ -18,9 +19,12 @@ class Observation(NamedTuple):
 
     qdd: Array  # (samples, d)
     contacts: Array  # (samples, n, 6) what is `OBSERVED` of each contact
+    pressed: Array  # (samples, n, 3) what is `PRESSED` of each, 0 of one that is no elastic one or in flight
 
     def column(self, name: str) -> Array:
         """Return a number of all contacts, shape (samples, n)."""
+        if name in PRESSED:
+            return self.pressed[:, :, PRESSED.index(name)]
         return self.contacts[:, :, OBSERVED.index(name)]
 
 
@@ -35,6 +39,7 @@ def solve_problem(
     system, contacts, w = by_reference(system), by_reference(contacts), by_reference(w)
     e = system.evaluate(t, q, qd, w)
     touch_contacts(system, contacts, t, q, qd, w)
+    add_push(contacts, w)
     rank_one[0] = e.rank_one
     if not system.solve_mass(e.rank_one, w, contacts, True):
         return False
@@ -60,10 +65,14 @@ def _inside_cone(c: Candidate, normal: float, tangential: float) -> tuple[float,
 
 
 @jitable
-def _keep(c: Candidate, normal: float, tangential: float, found: Array) -> None:
+def _keep(c: Candidate, normal: float, tangential: float, found: Array, pressed: Array) -> None:
     """Keep what is observed of a contact with the forces (N) to report."""
     found[0], found[1], found[2], found[3] = c.gap, c.slip, c.gap_rate, c.slip_rate
     found[4], found[5] = normal, tangential
+    pressed[0], pressed[1], pressed[2] = 0.0, 0.0, 0.0
+    if bears(c):
+        pressed[0] = compression_of(c, normal - c.tilt * tangential)
+        pressed[1], pressed[2] = max(0.0, max(0.0, c.depth) - c.compliance * c.rest_force), c.rest_force
 
 
 @kernel("the sampling")
@@ -76,6 +85,7 @@ def observe_into(
     dy: Array,
     qdd: Array,
     found: Array,
+    pressed: Array,
 ) -> None:
     """Accelerations, contact forces and kinematics at samples, the contacts in their states.
 
@@ -108,16 +118,17 @@ def observe_into(
             if reported:
                 normal, tangential = _inside_cone(c, y[tail + d + 2 * k], y[tail + d + 2 * k + 1])
                 c.normal_force, c.tangential_force = normal - c.tilt * tangential, tangential
-                _keep(c, normal, tangential, found[i, k])
+                _keep(c, normal, tangential, found[i, k], pressed[i, k])
             elif status == 0:
-                _keep(c, lambda_n(c), c.tangential_force, found[i, k])
+                _keep(c, lambda_n(c), c.tangential_force, found[i, k], pressed[i, k])
             else:
-                _keep(c, np.nan, np.nan, found[i, k])
+                _keep(c, np.nan, np.nan, found[i, k], pressed[i, k])
 
 
 def observe(system: Any, contacts: Contacts, times: Array, states: Array, w: Workspace) -> Observation:
     """Observe samples: times (samples,) and state vectors (samples, ny)."""
     count, d, n = times.size, w.vectors.shape[1], len(contacts.each)
-    found = Observation(np.empty((count, d)), np.empty((count, n, len(OBSERVED))))
+    sizes = (count, d), (count, n, len(OBSERVED)), (count, n, len(PRESSED))
+    found = Observation(*map(np.empty, sizes))
     observe_into(system, contacts, times, states, w, np.empty(states.shape[1]), *found)
     return found

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.flexibility import Flexibility
+from oblique_impact.contact.compliance import Compliance
 from oblique_impact.contact.friction import FrictionLaw
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.contact.transitions import Earlier, StickCriterion
@@ -35,8 +35,10 @@ class Task(NamedTuple):
     output_interval: float  # s
     end_time: float  # s
     friction: FrictionLaw
+    restitution: float  # of impacts
     modes: NormalModes | None = None  # where the linear part of the system is known
-    flexibility: Flexibility | None = None  # behind the contact rows, at rest
+    compliance: Compliance | None = None  # of the body, behind the contact rows
+    elastic: bool = False  # whether stops are
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class Scheme(ABC):
 
     name: str
     order: int
+    #: whether its steps decide contact states themselves, see `step_log`
+    decides: bool = False
 
     @property
     def stick_criterion(self) -> StickCriterion | None:

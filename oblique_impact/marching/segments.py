@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import shared_flexibility
 from oblique_impact.contact.pairs import ContactPair
-from oblique_impact.contact.state import OBSERVED, Candidate, Residual, State
+from oblique_impact.contact.state import OBSERVED, Candidate, State
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.records import Segment
 from oblique_impact.marching.sampling import Observation
@@ -44,10 +44,9 @@ def segment_of(
         law = pair.contact_law
         if law is None or c.state == State.FREE:
             continue
-        gap, slip, gap_rate, force = (found.column(name)[:, i] for name in ("gap", "slip", "gap_rate", "lambda_n"))
-        residual = Residual(c.compliance, c.relaxation, c.tilt)
-        depth = np.maximum(depth, law.compression(residual, gap, gap_rate, force))
-        stored += law.energies(gap, slip, c.compliance)
+        depth = np.maximum(depth, found.column("compression")[:, i])
+        names = "gap", "slip", "rest_compression", "rest_force"
+        stored += law.energies(*(found.column(name)[:, i] for name in names))
     nearest = _nearest(sides, ends, found.contacts)
     return Segment(times, states, found, nearest, depth, stored, _stretched(present, found), each)
 

@@ -18,12 +18,12 @@ from oblique_impact.marching.equations import OF_A_CONTACT
 
 #: what is counted of a contact while it is closed: steps, impulses (N s) of the steps that are its impact, energy
 #: (J) lost in plastic impact, largest force (N) after these steps, least and largest slip (m); and the energy (J)
-#: that the flexibility holds at its place
-STEPS, IMPACT_NORMAL, IMPACT_TANGENTIAL, PLASTIC_LOSS, PEAK, LEAST, MOST, HELD = range(8)
-COUNTED = 8
-#: columns of the log, before what is counted: time (s), contact, state before and after, slip, gap rate before and
-#: slip rate after the step, and the integrals of the contact before the step
-TIME, CONTACT, BEFORE, AFTER, AT_SLIP, CLOSING_RATE, SLIPPING_RATE, OWN = range(8)
+#: that its stop holds, with its part of what the body does, and the compression (m) of the stop
+STEPS, IMPACT_NORMAL, IMPACT_TANGENTIAL, PLASTIC_LOSS, PEAK, LEAST, MOST, HELD, COMPRESSED = range(9)
+COUNTED = 9
+#: columns of the log, before what is counted: time (s) and that at the end of the step, contact, state before and
+#: after, slip, gap rate before and slip rate after the step, and the integrals of the contact before the step
+TIME, STEP_END, CONTACT, BEFORE, AFTER, AT_SLIP, CLOSING_RATE, SLIPPING_RATE, OWN = range(9)
 LOGGED = OWN + OF_A_CONTACT
 
 _STATES = {BACKWARDS: State.SLIP, OPEN: State.FREE, FORWARDS: State.SLIP, STUCK: State.STICK}
@@ -48,6 +48,7 @@ class LoggedChange(NamedTuple):
     """A change of a contact's state in a step."""
 
     contact: int
+    step_end: float  # s, from which on samples have the state after it
     event: Event  # without impulses, obstacle and place
     slip: float  # m
     own: Array  # (5,) the integrals of the contact before the step
@@ -66,7 +67,8 @@ class LoggedChange(NamedTuple):
             kind = EventKind.STICK if after == STUCK else EventKind.SLIP
         time, slip, closing, slipping = (float(row[k]) for k in (TIME, AT_SLIP, CLOSING_RATE, SLIPPING_RATE))
         event = Event(time, kind, 0.0, 0.0, closing, slipping, 0.0, _STATES[after])
-        return cls(int(row[CONTACT]), event, slip, row[OWN:LOGGED].copy(), Counted.of(row[LOGGED:]))
+        own, counted = row[OWN:LOGGED].copy(), Counted.of(row[LOGGED:])
+        return cls(int(row[CONTACT]), float(row[STEP_END]), event, slip, own, counted)
 
 
 class StepLog:
@@ -88,8 +90,12 @@ class StepLog:
         return found
 
     def held(self, y: Array) -> Array:
-        """Return the energy (J) that the flexibility behind the contacts holds, (samples,)."""
+        """Return the energy (J) that stops and body hold, (samples,)."""
         return np.asarray(y[:, -COUNTED * self._n :][:, HELD::COUNTED].sum(axis=1))
+
+    def compressed(self, y: Array) -> Array:
+        """Return the largest compression (m) of a stop, (samples,)."""
+        return np.asarray(y[:, -COUNTED * self._n :][:, COMPRESSED::COUNTED].max(axis=1))
 
     def counted(self, y: Array, contact: int) -> Counted:
         """Return what a state vector (ny,) has counted of a closed contact."""

@@ -7,14 +7,32 @@ With v = q', the means v_m of the velocities and q_m of the coordinates of a ste
 
 over all places, with gaps g and rows C at x0 = q0 + h v0/2 (Moreau 1988; Stewart and Trinkle 1996).  These
 staggered coordinates go on by x1 = x0 + h v1, so that the gap that is closed is that of x1: it is zero but for h^2
-times its acceleration, and does not drift.  A contact closes within two steps, whose velocities end at -g/h and at
-zero.
+times its acceleration, and does not drift.
+
+The step that closes a contact is aimed: the one before it is shortened, or itself lengthened, so that x0 is on
+the obstacle.  The velocity at its end is then zero at once, not -g/h with whatever gap g the steps happen to find:
+that also turns the beam, and decides the direction of friction under the largest impulse of all.  What the aim
+leaves of g is closed in a second step.
+
+A contact begins where its gap vanishes on the line from x0, and ends where its force does, between the middle of
+its last step and that of the next, in which it would have to pull.  Other changes are in the middle of their step.
+
+With a coefficient of restitution e a contact leaves in that second step, if it came with C_n v0 = -r,
+
+    0 <= P_n _|_ C_n v1 - e r >= 0
+
+Newton's law in Moreau's form (Moreau 1988; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems,
+2008).  Bounces that come down within a step end there.  The impulses of a step give no more energy than those of
+the last one took: where contacts that close one after another would, e r is lowered.
 
 Where places have no inertia (Renard 2010; Pozzolini and Salaun, ESAIM M2AN 45, 2011) the gaps g1 at the end of the
 step obey 0 <= P_n _|_ g1 >= 0, and the slips between its ends Coulomb's law: of the mid-point rule
-g1 = g + h/2 C_n v1, with the same gaps g at x0.  What the modes leave out of the beam's deflection adds to both
-(`oblique_impact.contact.flexibility`).  There are no impacts; a place that closes within a step takes P_n times
-its gap before, of the first order of the step.
+g1 = g + h/2 C_n v1, with the same gaps g at x0.  There are no impacts; a place that closes within a step takes P_n
+times its gap before, of the first order of the step.
+
+What elastic stops, modes that are left out and the axis yield adds to gaps and slips
+(:mod:`oblique_impact.marching.yielding`).  Elastic stops have finite forces, which ask for the gaps at the end of
+the step as well.
 
 The coefficient of friction is the static one of the friction law where a contact has stuck in the last step, else
 that of the law at the slip velocity before the step, or before an impact: of the first order of the step.  A law
@@ -24,12 +42,9 @@ that the contact creeps; where it is not, friction up to it holds a contact, whi
 The work of the impulses over a step is P.C (v0 + v1)/2.  What the normal ones take, and all of them in the two
 steps that close a contact, is lost in plastic impacts.
 
-With the axial flexibility of the beam in the tangential rows, a matrix F of the places, friction sees the velocity
-
-    s1 = C_tau v1 + F (P_tau/h - lambda_0)/h
-
-with the tangential forces lambda_0 = P_tau/h of the step before: a spring in series with Coulomb's slider (Jenkins
-1962), by backward Euler.  Friction takes -P_tau.s1, the springs hold lambda.F lambda/2, the rest is the scheme's.
+With the axial flexibility of the beam in the tangential rows friction sees the velocity of the material with what
+the axis yields: a spring in series with Coulomb's slider (Jenkins 1962).  Friction takes -P_tau times that at the
+end of the step, the springs hold what they hold, the rest is the scheme's.
 """
 
 from __future__ import annotations
@@ -49,19 +64,12 @@ from oblique_impact.contact.complementarity import (
     ContactProblem,
     solve_contacts,
 )
-from oblique_impact.contact.flexibility import (
-    Flexibility,
-    end_step,
-    push_places,
-    take_places,
-    yielding_between,
-)
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, OK
 from oblique_impact.contact.friction import FrictionLaw, branch_table, coefficient_at
 from oblique_impact.contact.state import DIRECTION, RESPONSE, Candidate, Contacts, State
 from oblique_impact.contact.transitions import Earlier
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, INCREMENT, RESIDUAL, SUPPLY, Array, copy, dot
+from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, INCREMENT, RESIDUAL, SUPPLY, Array, add, copy, dot
 from oblique_impact.marching.advance import (
     FAILED_ITERATION,
     Limits,
@@ -79,6 +87,7 @@ from oblique_impact.marching.equations import (
     OF_A_CONTACT,
     QUADRATURES,
     STABILIZATION_LOSS,
+    STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
@@ -88,6 +97,7 @@ from oblique_impact.marching.step_log import (
     AT_SLIP,
     BEFORE,
     CLOSING_RATE,
+    COMPRESSED,
     CONTACT,
     COUNTED,
     HELD,
@@ -100,9 +110,21 @@ from oblique_impact.marching.step_log import (
     PEAK,
     PLASTIC_LOSS,
     SLIPPING_RATE,
+    STEP_END,
     STEPS,
     TIME,
     StepLog,
+)
+from oblique_impact.marching.yielding import (
+    Yielding,
+    begin_yielding,
+    compress,
+    end_yielding,
+    look_at_vibration,
+    push_body,
+    shift_forces,
+    yielded,
+    yielding_between,
 )
 
 STEPS_PER_CALL = 1_000  # the log of a call has room for every contact in each of its steps
@@ -112,6 +134,11 @@ _MOST_ITERATIONS = 20
 _STALLED, _ROUNDING = 0.5, 1e6
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
+_SAME = 1e-9  # of an energy, what is rounding
+#: of a step: what is left of it until a contact closes, from which on a shorter step is worth it
+_LEAST_PART = 0.25
+#: of a step: less is not left until a stop, but taken with the step before
+_LEAST_LEFT = 0.5
 #: steps in which a contact closes: their impulses are those of its impact
 OF_AN_IMPACT = 2
 
@@ -123,22 +150,27 @@ class StepBuffers(NamedTuple):
     gaps: Array  # (n,) at the staggered coordinates; inf of a place that is beyond its side
     closed: NDArray[np.int64]  # (n,) the contacts of the problem, m of them
     states: NDArray[np.int64]  # (n,) of every contact
-    log: Array  # (rows, 20) changes of states
+    log: Array  # (rows, 21) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
-    resumed: Array  # (n, 8) what is counted at the start of a run
+    resumed: Array  # (n, 9) what is counted at the start of a run
     factored: Array  # (3,) s, step of each effective matrix
+    latest: Array  # (1,) s, of the last change in the log, behind which none is
     staggered: Array  # (d,) coordinates q0 + h v0/2
     in_problem: NDArray[np.bool_]  # (n,) whether a contact is among the m of the problem
     slipping: Array  # (n,) m/s, slip velocities of these before the step
     impulses: Array  # (2 n,) N s, of these
+    carried: Array  # (2 n,) m/s, parts of their rates that no row has: where a driven root carries them
     problem: ContactProblem
     branches: Array  # (k, 3) of the friction law of all contacts
     static: float  # its static coefficient; negative: it has no stick state
-    flexibility: Flexibility  # across a beam in modes, of places without inertia, or along it; or of no place
+    restitution: float
+    rebounds: Array  # (n,) m/s, with which contacts that the last step has closed open in this one; or 0
+    taken: Array  # (1,) J, what contacts lost in the last step, and those that rebounded then had not given back
+    yielding: Yielding  # behind the contacts
 
     @classmethod
-    def new(cls, n: int, size: int, friction: FrictionLaw, flexibility: Flexibility) -> StepBuffers:
-        """Allocate the buffers of n contacts with a friction law."""
+    def new(cls, n: int, size: int, friction: FrictionLaw, restitution: float, yielding: Yielding) -> StepBuffers:
+        """Allocate the buffers of n contacts with a friction law and a coefficient of restitution."""
         return cls(
             np.zeros(size),
             np.zeros(n),
@@ -148,14 +180,19 @@ class StepBuffers(NamedTuple):
             np.zeros(1, dtype=np.int64),
             np.zeros((n, COUNTED)),
             np.zeros(EFFECTIVE_SLOTS),
+            np.zeros(1),
             np.zeros(size),
             np.zeros(n, dtype=np.bool_),
             np.zeros(n),
             np.zeros(2 * n),
+            np.zeros(2 * n),
             ContactProblem.new(n, friction.rubs),
             branch_table(friction),
             float(friction.static) if friction.rubs and friction.static is not None else -1.0,
-            flexibility,
+            float(restitution),
+            np.zeros(n),
+            np.zeros(1),
+            yielding,
         )
 
 
@@ -183,9 +220,46 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
             c.side = 1.0
         elif beyond and c.gap < 0.0:
             c.side = -1.0
-        b.gaps[i] = c.gap if c.side > 0.0 and not beyond else np.inf
+        b.gaps[i] = c.gap if c.enabled and c.side > 0.0 and not beyond else np.inf
         closest, fastest = min(closest, b.gaps[i]), max(fastest, abs(c.gap_rate))
     return closest, fastest
+
+
+@jitable
+def _stagger(stepper: TimeStepper, t: float, h: float, y: Array) -> tuple[float, float]:
+    """Take the staggered coordinates of a step from t; the smallest gap (m) there and the largest speed (m/s)."""
+    x, d = stepper.buffers.staggered, stepper.buffers.acceleration.shape[0]
+    for j in range(d):
+        x[j] = y[j] + 0.5 * h * y[d + j]
+    return _measure_gaps(stepper, t + 0.5 * h, x, y[d : 2 * d])
+
+
+@jitable
+def _aimed(stepper: TimeStepper, h: float) -> float:
+    """Length (s) of a step that would be h, so that what closes in this one or the next does so without a gap.
+
+    It is from a quarter of h to one and a half.  Where nothing is closed it is as short as a touch at its start
+    asks for: the run may begin with one.
+    """
+    b, tolerances, part, least, fastest = stepper.buffers, stepper.scratch.tolerances, 1.0, 0.0, 0.0
+    for i in range(b.gaps.shape[0]):
+        approach = -stepper.contacts.each[i].gap_rate
+        if b.states[i] != OPEN:
+            least = _LEAST_PART
+        elif approach > _STILL * tolerances.velocity and b.gaps[i] > -0.5 * h * approach - tolerances.gap:
+            part, fastest = min(part, b.gaps[i] / (h * approach)), max(fastest, approach)
+    if part == 1.0:
+        return h
+    least = max(least, tolerances.gap / (h * fastest))  # it goes no deeper in that than what is forgiven
+    return h * part if part > _LEAST_PART else h * max(1.0 + 2.0 * part, least)
+
+
+@jitable
+def _forgive(gaps: Array, most: float) -> None:
+    """Take what is below zero by less than `most` (m) for nothing: it is not worth a speed to make up for it."""
+    for i in range(gaps.shape[0]):
+        if gaps[i] < 0.0:
+            gaps[i] = min(gaps[i] + most, 0.0)
 
 
 @jitable
@@ -207,15 +281,17 @@ def _take_contacts(
     stepper.system.take_state(t, x, v0, w)
     for m in range(first, end):
         i = b.closed[m]
-        stepper.system.touch(i, t, x, v0, w, each[i], directions[m, 0], directions[m, 1])
+        stepper.system.touch(i, t, x, v0, w, each[i], directions[m])
         b.slipping[i], p.states[m] = each[i].slip_rate, b.states[i]
+        b.carried[2 * m] = each[i].gap_rate - dot(directions[m, 0], v0)
+        b.carried[2 * m + 1] = each[i].slip_rate - dot(directions[m, 1], v0)
         if b.states[i] == STUCK and b.static >= 0.0:
             p.friction[m] = b.static
         elif stepper.rubs:
             p.friction[m] = coefficient_at(b.branches, _rubbing(stepper, i, h))
         if p.states[m] == OPEN:
             p.states[m] = FORWARDS if not stepper.rubs or each[i].slip_rate >= 0.0 else BACKWARDS
-            if stepper.yields and not stepper.massless:
+            if stepper.stretches and not stepper.massless:
                 p.states[m] = STUCK  # whatever its slip velocity, which the axial flexibility takes up
     stepper.system.solve_rows(rank_one, w, slot, sides, directions[first:end], responses[first:end])
     for m in range(first, end):
@@ -225,10 +301,17 @@ def _take_contacts(
             for a in range(sides):
                 for c in range(sides):
                     entry = dot(directions[m, a], responses[k, c])
-                    if stepper.yields:
-                        entry += yielding_between(b.flexibility, h, i, a, j, c) / _span(stepper, h)
                     p.delassus[2 * m + a, 2 * k + c] = entry
-                    p.delassus[2 * k + c, 2 * m + a] = entry
+                    if k != m:
+                        p.delassus[2 * k + c, 2 * m + a] = entry
+                    if not stepper.yields:
+                        continue
+                    if k == m and a == 0 and c == 0:
+                        look_at_vibration(b.yielding, h, i, entry)
+                    yields = yielding_between(b.yielding, h, i, a, j, c)  # symmetric
+                    p.delassus[2 * m + a, 2 * k + c] += yields / _span(stepper, a, h)
+                    if k != m:
+                        p.delassus[2 * k + c, 2 * m + a] += yields / _span(stepper, c, h)
 
 
 @inlined
@@ -236,29 +319,31 @@ def _rubbing(stepper: TimeStepper, i: int, h: float) -> float:
     """Slip velocity (m/s) before the step of a contact in the problem, with what yields without inertia."""
     if not (stepper.yields and stepper.massless):
         return float(stepper.buffers.slipping[i])
-    y = stepper.buffers.flexibility
-    return float(stepper.buffers.slipping[i] + y.toward[i, 1] * y.moved[i] / h)
+    return float(stepper.buffers.slipping[i] + stepper.buffers.yielding.moved[2 * i + 1] / h)
 
 
 @inlined
-def _span(stepper: TimeStepper, h: float) -> float:
-    """Time (s) in which the velocity at the end of a step gives a displacement: half of it, of a mean velocity."""
-    return 0.5 * h if stepper.massless else h
+def _span(stepper: TimeStepper, a: int, h: float) -> float:
+    """Time (s) in which the velocity at the end of a step gives a displacement of gap (a = 0) or slip (1).
+
+    Half of it of a mean velocity: the gap is then that at the end, which finite forces ask for.
+    """
+    return 0.5 * h if stepper.massless or (a == 0 and stepper.buffers.yielding.elastic) else h
 
 
 @jitable
-def _known_rates(stepper: TimeStepper, i: int, h: float) -> tuple[float, float]:
-    """Return what the problem adds to the velocities (m/s) of gap and slip at the end of a step.
+def _known_rate(stepper: TimeStepper, i: int, a: int, h: float, force: float) -> float:
+    """Return what the problem adds to the rate (m/s) of gap (a = 0) or slip (1) at the end of a step.
 
-    Places that yield have moved as the present impulses push them.
+    Places that yield have moved as the present impulses push them; `force` (N) is the normal one of contact i.
     """
-    b, y = stepper.buffers, stepper.buffers.flexibility
-    gap, slip = b.gaps[i], 0.0
+    b, left = stepper.buffers, 0.0 if a == 1 else stepper.buffers.gaps[i]
     if stepper.yields:
-        gap += y.toward[i, 0] * (y.displaced[i] + y.moved[i])
-        slip += y.toward[i, 1] * y.moved[i]
-    before = b.slipping[i] if stepper.massless else 0.0
-    return gap / _span(stepper, h), slip / _span(stepper, h) + before
+        left += yielded(b.yielding, i, a, force)
+    rate = left / _span(stepper, a, h)
+    if a == 0 and b.rebounds[i] > 0.0:
+        rate = min(rate, -b.rebounds[i])
+    return rate + b.slipping[i] if stepper.massless and a == 1 else rate
 
 
 @jitable
@@ -268,12 +353,11 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
     directions = 2 if stepper.rubs else 1
     for k in range(m):
         i = b.closed[k]
-        known = _known_rates(stepper, i, h)
         for a in range(directions):
-            rate = dot(rows[DIRECTION, k, a], v1)
+            rate = b.carried[2 * k + a] + dot(rows[DIRECTION, k, a], v1)
             for c in range(2 * m):
                 rate -= p.delassus[2 * k + a, c] * b.impulses[c]
-            p.rates[2 * k + a] = rate + (known[0] if a == 0 else known[1])
+            p.rates[2 * k + a] = rate + _known_rate(stepper, i, a, h, b.impulses[2 * k] / h)
     if not solve_contacts(p, m, True):
         return False
     for k in range(m):
@@ -282,7 +366,7 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
             b.impulses[2 * k + a] = p.forces[2 * k + a]
             for j in range(v1.shape[0]):
                 v1[j] += more * response[j]
-    push_places(b.flexibility, h, b.impulses, b.closed, m)
+    push_body(b.yielding, h, b.impulses, b.closed, m)
     return True
 
 
@@ -301,7 +385,7 @@ def _keep_out(
                 m += 1
         if m > 0:
             _take_contacts(stepper, 0, m, t, h, x, v0, rank_one, slot)
-        push_places(b.flexibility, h, b.impulses, b.closed, 0)
+        push_body(b.yielding, h, b.impulses, b.closed, 0)
     while True:  # at most once for each contact, as the problem only grows
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
@@ -312,7 +396,7 @@ def _keep_out(
         for i in range(b.states.shape[0]):
             if b.in_problem[i]:
                 continue
-            if stepper.contacts.each[i].gap_rate + _known_rates(stepper, i, h)[0] < -s.tolerances.velocity:
+            if stepper.contacts.each[i].gap_rate + _known_rate(stepper, i, 0, h, 0.0) < -s.tolerances.velocity:
                 b.in_problem[i] = True
                 b.closed[m] = i
                 m += 1
@@ -343,6 +427,9 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
                 force = b.impulses[2 * k + a] / h
                 for j in range(d):
                     residual[j] += force * rows[DIRECTION, k, a, j]
+        if stepper.yields:
+            _take_push(stepper, m, h)
+            add(stepper.contacts.push, residual)
         if iteration == 0:
             stale = b.factored[slot] != h
             if not stepper.system.factor_effective(middle, s.at[:d], 0.5 * h, 0.25 * h * h, w, slot, stale):
@@ -350,7 +437,6 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             b.factored[slot] = h
         stepper.system.solve_effective(e.rank_one, w, slot, stepper.contacts, False)
         change = h * np.sqrt(abs(dot(increment, residual)))
-        supplied = e.supplied_power + dot(w.vectors[SUPPLY], acceleration)
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
@@ -361,16 +447,67 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
         done = change <= stepper.tolerance or change * change <= stepper.tolerance * before
         stalled = change > _STALLED * before and change <= _ROUNDING * stepper.tolerance
         if iteration > 0 and (done or stalled):
-            return SteppingSolution(OK, m, supplied)
+            for j in range(d):
+                acceleration[j] = (v1[j] - v0[j]) / h
+            return SteppingSolution(OK, m, e.supplied_power + dot(w.vectors[SUPPLY], acceleration))
         before = change
     return SteppingSolution(-FAILED_ITERATION, m, 0.0)
+
+
+@jitable
+def _take_push(stepper: TimeStepper, m: int, h: float) -> None:
+    """Take the forces by the change of compliances, see `oblique_impact.contact.elastic`, at these impulses."""
+    b, each, rows = stepper.buffers, stepper.contacts.each, stepper.contacts.rows[DIRECTION]
+    push = stepper.contacts.push
+    for j in range(push.shape[0]):
+        push[j] = 0.0
+    shift_forces(b.yielding, h, b.impulses, b.closed, m, stepper.contacts)
+    for k in range(m):
+        c = each[b.closed[k]]
+        for j in range(push.shape[0] if c.end_force != 0.0 else 0):
+            push[j] += c.end_force * rows[k, 1, j]
+        for j in range(push.shape[0] if c.shift_force != 0.0 else 0):
+            push[j] += c.shift_force * rows[k, rows.shape[1] - 1, j]
+
+
+@jitable
+def _solve_step(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> SteppingSolution:
+    """Iterate to the end of a step, with as much restitution as gives no energy."""
+    b, d, trial = stepper.buffers, stepper.buffers.acceleration.shape[0], 0
+    while True:
+        for k in range(b.impulses.shape[0]):
+            b.impulses[k] = 0.0
+        for i in range(b.in_problem.shape[0]):
+            b.in_problem[i] = False
+        found = _iterate(stepper, t, h, slot, clear, y)
+        v0, v1 = y[d : 2 * d], stepper.scratch.y_new[d : 2 * d]
+        trial += 1
+        if found.status != OK or not _gives_too_much(stepper, found.contacts, v0, v1, trial):
+            return found
+
+
+@jitable
+def _gives_too_much(stepper: TimeStepper, m: int, v0: Array, v1: Array, trial: int) -> bool:
+    """Lower the rebounds of a step whose impulses give more energy than its contacts have lost as they closed."""
+    b, rows, given, rebounding = stepper.buffers, stepper.contacts.rows[DIRECTION], -stepper.buffers.taken[0], 0.0
+    for k in range(m):
+        i = b.closed[k]
+        rebounding += 0.5 * b.impulses[2 * k] * b.rebounds[i]
+        given += 0.5 * b.impulses[2 * k] * (dot(rows[k, 0], v0) + dot(rows[k, 0], v1))
+        if stepper.rubs and not stepper.yields:
+            given += 0.5 * b.impulses[2 * k + 1] * (b.slipping[i] + dot(rows[k, 1], v1))
+    if rebounding == 0.0 or given <= _SAME * rebounding:
+        return False
+    for i in range(b.rebounds.shape[0]):
+        b.rebounds[i] *= max(1.0 - given / rebounding, 0.0) if trial < _MOST_ITERATIONS else 0.0
+    return True
 
 
 @jitable
 def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float, y: Array) -> None:
     """Complete the end of a step in s.y_new: coordinates, quadratures, what is reported."""
     s, b, rows, each = stepper.scratch, stepper.buffers, stepper.contacts.rows, stepper.contacts.each
-    y_new, w, d, n, flexibility = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0], b.flexibility
+    y_new, w, d, n, yielding = s.y_new, s.work, b.acceleration.shape[0], b.states.shape[0], b.yielding
     v0, v1 = y[d : 2 * d], y_new[d : 2 * d]
     for j in range(d):
         s.at[d + j] = 0.5 * (v0[j] + v1[j])
@@ -384,22 +521,29 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     counts = after[tail + d + 3 * n :]
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
-    push_places(flexibility, h, b.impulses, b.closed, m)
+    push_body(yielding, h, b.impulses, b.closed, m)
+    if stepper.yields:  # the push of the last iteration has worked
+        push = stepper.contacts.push
+        after[STABILIZATION_LOSS] -= 0.5 * h * (dot(push, v0) + dot(push, v1))
+    lost, rebounds = 0.0, False
     for k in range(m):
         i, state = b.closed[k], b.problem.states[k]
         normal, tangential = b.impulses[2 * k], b.impulses[2 * k + 1]
-        gap_rate, slip_rate_after = dot(rows[DIRECTION, k, 0], v0), dot(rows[DIRECTION, k, 1], v1)
+        carried = b.carried[2 * k : 2 * k + 2]
+        gap_rate = carried[0] + dot(rows[DIRECTION, k, 0], v0)
+        slip_rate_after = carried[1] + dot(rows[DIRECTION, k, 1], v1)
         # twice the mean velocities over the step
-        closing, slipping = gap_rate + dot(rows[DIRECTION, k, 0], v1), b.slipping[i] + slip_rate_after
+        closing = gap_rate + carried[0] + dot(rows[DIRECTION, k, 0], v1)
+        slipping = b.slipping[i] + slip_rate_after
+        after[SUPPLIED] -= normal * carried[0] + tangential * carried[1]
         if stepper.yields:
-            yielding = 2.0 / h * flexibility.moved[i]
-            closing += flexibility.toward[i, 0] * yielding
-            slipping += flexibility.toward[i, 1] * yielding
+            closing += 2.0 / h * yielding.moved[2 * i]
+            slipping += 2.0 / h * yielding.moved[2 * i + 1]
         friction, plastic = -0.5 * tangential * slipping, -0.5 * normal * closing
         if stepper.massless:
             slip_rate_after = 0.5 * slipping
         elif stepper.yields:  # friction takes what its law says at the end of the step, the scheme the rest
-            slip_rate_after += 0.5 * flexibility.toward[i, 1] * yielding
+            slip_rate_after += yielding.moved[2 * i + 1] / h
             after[STABILIZATION_LOSS] += friction + tangential * slip_rate_after
             friction = -tangential * slip_rate_after
         if b.static >= 0.0 and state != OPEN and abs(slip_rate_after) < _STILL * s.tolerances.velocity:
@@ -408,41 +552,107 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             )
         counted, forces = counts[COUNTED * i : COUNTED * (i + 1)], tail + d + 2 * i
         if state != b.states[i]:
-            _log(stepper, i, state, end, gap_rate, slip_rate_after, before, counted)
+            t = _time_of_change(stepper, k, m, state, end, h, gap_rate, before[forces], counted[STEPS])
+            _log(stepper, i, state, t, end, gap_rate, slip_rate_after, before, counted)
+        lost += plastic + friction
+        rebounds = rebounds or b.rebounds[i] > 0.0
+        closes = b.states[i] == OPEN and state != OPEN
+        b.rebounds[i] = b.restitution * max(-gap_rate, 0.0) if closes else 0.0
         after[forces], after[forces + 1] = normal / h, tangential / h
         b.states[i] = state
+        own = QUADRATURES + OF_A_CONTACT * i
+        if yielding.elastic:
+            end_rate = carried[0] + dot(rows[DIRECTION, k, 0], v1)
+            _end_on_stop(stepper, i, h, normal, end_rate, plastic, after)
+            plastic = 0.0
         if state == OPEN:
             continue
         counted[STEPS] += 1.0
         counted[LEAST], counted[MOST] = min(counted[LEAST], each[i].slip), max(counted[MOST], each[i].slip)
-        if not stepper.massless and counted[STEPS] <= OF_AN_IMPACT:
+        if not (stepper.massless or yielding.elastic) and counted[STEPS] <= OF_AN_IMPACT:
             counted[IMPACT_NORMAL] += normal
             counted[IMPACT_TANGENTIAL] += tangential
             # of an impact that jams friction alone may give energy: only the sum is a loss
             counted[PLASTIC_LOSS] += plastic + friction
         else:
-            own = QUADRATURES + OF_A_CONTACT * i
             after[own + NORMAL_IMPULSE] += normal
             after[own + TANGENTIAL_IMPULSE] += tangential
             after[own + FRICTION_LOSS] += friction
             counted[PLASTIC_LOSS] += plastic
             counted[PEAK] = max(counted[PEAK], normal / h)
+    b.taken[0] = lost + (b.taken[0] if rebounds else 0.0)
     for i in range(n):
         if b.states[i] != OPEN and not b.in_problem[i]:  # beyond the end of a side
             counted = counts[COUNTED * i : COUNTED * (i + 1)]
-            _log(stepper, i, OPEN, end, each[i].gap_rate, 0.0, before, counted)
+            _log(stepper, i, OPEN, end - 0.5 * h, end, each[i].gap_rate, 0.0, before, counted)
             b.states[i] = OPEN
+            after[QUADRATURES + OF_A_CONTACT * i + STOP_LOSS] += yielding.stored[i]  # what it slides off is lost
+            yielding.stored[i], yielding.compressed[i] = 0.0, 0.0
+        elif yielding.stored[i] != 0.0 and not b.in_problem[i]:  # a damped stop that follows without force
+            _end_on_stop(stepper, i, h, 0.0, each[i].gap_rate, 0.0, after)
+        if not b.in_problem[i]:
+            b.rebounds[i] = 0.0
         after[tail + d + 2 * n + i] = b.states[i]
     if stepper.yields:
-        damping, scheme = end_step(flexibility, h)
+        damping, scheme = end_yielding(yielding, h, b.impulses, b.closed, m)
         after[DAMPING_LOSS] += damping
         after[STABILIZATION_LOSS] += scheme
         for i in range(n):
-            counts[COUNTED * i + HELD] = 0.5 * flexibility.pressed[i] * flexibility.displaced[i]
+            counts[COUNTED * i + HELD] = yielding.stored[i] + yielding.held[0] / n
+            counts[COUNTED * i + COMPRESSED] = yielding.compressed[i]
     if stepper.massless:
         stepper.system.set_massless(s.at[d : 2 * d], v1)
     for j in range(d):
         after[tail + j] = (v1[j] - v0[j]) / h
+
+
+@jitable
+def _end_on_stop(
+    stepper: TimeStepper, i: int, h: float, normal: float, gap_rate: float, taken: float, after: Array
+) -> None:
+    """Take the end of a step on an elastic stop: of the energy `taken` (J) what it holds, and losses."""
+    y, own = stepper.buffers.yielding, QUADRATURES + OF_A_CONTACT * i
+    before, c = y.compressed[i], stepper.contacts.each[i]
+    left = stepper.buffers.gaps[i] + 0.5 * h * gap_rate + y.displaced[2 * i] + y.moved[2 * i]
+    gained, lost = compress(y, i, left), 0.0
+    if c.damping > 0.0 or c.linear_damping > 0.0:
+        lost = normal / h * (y.compressed[i] - before) - gained
+    after[own + STOP_LOSS] += lost
+    after[STABILIZATION_LOSS] += taken - gained - lost
+
+
+@jitable
+def _time_of_change(
+    stepper: TimeStepper,
+    k: int,
+    m: int,
+    state: int,
+    end: float,
+    h: float,
+    gap_rate: float,
+    force: float,
+    steps: float,
+) -> float:
+    """Time (s) at which contact k of m in the problem changes to a state, in a step of length h up to `end`.
+
+    The gap rate (m/s) is that before the step, the normal force (N) that of the step before, the number of steps
+    that of the contact until then.
+    """
+    b, p = stepper.buffers, stepper.buffers.problem
+    i, start, middle = b.closed[k], end - h, end - 0.5 * h
+    if b.states[i] == OPEN:
+        if gap_rate > -_STILL * stepper.scratch.tolerances.velocity:
+            return start  # it has been there, as at the start of a run
+        return float(middle + min(max(b.gaps[i] / -gap_rate, 0.0), 0.5 * h))
+    if state != OPEN:
+        return middle
+    if steps <= 1.0 or force <= 0.0:
+        return start
+    rate = p.rates[2 * k]
+    for column in range(2 * m):
+        rate += p.delassus[2 * k, column] * p.forces[column]
+    pull = rate / (p.delassus[2 * k, 2 * k] * h)  # N, that would hold it
+    return float(middle - h * pull / (force + pull))
 
 
 @jitable
@@ -451,19 +661,22 @@ def _log(
     i: int,
     state: int,
     t: float,
+    end: float,
     gap_rate: float,
     slip_rate: float,
     quadratures: Array,
     counted: Array,
 ) -> None:
-    """Log a change of the state of contact i; begin to count anew if it closes."""
+    """Log a change of the state of contact i at t in the step that ends at `end`; count anew if it closes."""
     b, own, slip = stepper.buffers, QUADRATURES + OF_A_CONTACT * i, stepper.contacts.each[i].slip
     row = b.log[b.logged[0]]
     if b.states[i] == OPEN:
         for k in range(COUNTED):
             counted[k] = 0.0
         counted[LEAST] = counted[MOST] = slip
-    row[TIME], row[CONTACT], row[BEFORE], row[AFTER] = t, i, b.states[i], state
+    b.latest[0] = max(b.latest[0], t)
+    row[TIME], row[STEP_END] = b.latest[0], end
+    row[CONTACT], row[BEFORE], row[AFTER] = i, b.states[i], state
     row[AT_SLIP], row[CLOSING_RATE], row[SLIPPING_RATE] = slip, gap_rate, slip_rate
     copy(quadratures[own : own + OF_A_CONTACT], row[OWN:LOGGED])
     copy(counted, row[LOGGED:])
@@ -484,7 +697,8 @@ class TimeStepper(NamedTuple):
     tolerance: float  # J^1/2
     rubs: bool  # whether there is friction
     massless: bool  # whether places have no inertia
-    yields: bool  # whether there is flexibility behind the places: of places with inertia that along the beam
+    yields: bool  # whether there is compliance behind the contacts
+    stretches: bool  # whether the axis yields along the beam
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Measure the gaps."""
@@ -500,19 +714,27 @@ class TimeStepper(NamedTuple):
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Take a step with all its contacts."""
         b, h = self.buffers, end - now.t  # as the clock counts
-        d, slot = b.acceleration.shape[0], 2
+        slot = 2
         if length == now.h:
             slot, h = (0 if length == self.far_step else 1), length
-        for j in range(d):
-            b.staggered[j] = y[j] + 0.5 * h * y[d + j]
-        for k in range(b.impulses.shape[0]):
-            b.impulses[k] = 0.0
-        for i in range(b.in_problem.shape[0]):
-            b.in_problem[i] = False
-        closest, fastest = _measure_gaps(self, now.t + 0.5 * h, b.staggered, y[d : 2 * d])
-        take_places(b.flexibility, b.staggered[0], self.contacts)
+        closest, fastest = _stagger(self, now.t, h, y)
+        if length == now.h:
+            left, wanted = self.limits.t_stop - now.t, h
+            if not (self.massless or b.yielding.elastic) and closest < h * fastest:
+                wanted = _aimed(self, h)
+            if left - wanted < _LEAST_LEFT * h:  # in a shorter step what is left of a gap would be a velocity
+                wanted, end = left, self.limits.t_stop
+            elif wanted != h:
+                end = now.t + wanted
+            if wanted != h:
+                slot, h = 2, wanted
+                closest, fastest = _stagger(self, now.t, h, y)
+            if not (self.massless or b.yielding.elastic):
+                _forgive(b.gaps, self.scratch.tolerances.gap)
+        if self.yields:
+            begin_yielding(b.yielding, h, b.gaps, self.contacts)
         clear = closest > self.near and closest > 2.0 * h * fastest
-        found = _iterate(self, now.t, h, slot, clear, y)
+        found = _solve_step(self, now.t, h, slot, clear, y)
         if found.status != OK:
             return refused(found.status, 0.0)
         if b.static < 0.0:
@@ -551,6 +773,7 @@ class TimeSteppingScheme(Scheme):
     massless: bool = False
     name = "time-stepping"
     order = 1
+    decides = True
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
         """Acceleration, contact forces and states over the last step and counts of contacts: see `COUNTED`."""
@@ -562,10 +785,11 @@ class TimeSteppingScheme(Scheme):
         extra[-prepared.own.resumed.size :] = prepared.own.resumed.ravel()
 
     def buffers(self, task: Task) -> StepBuffers:  # noqa: D102
-        flexibility = task.flexibility if task.friction.rubs or self.massless else None
-        return StepBuffers.new(
-            task.contacts, task.size, task.friction, (flexibility or Flexibility.none()).at_rest()
-        )
+        body = task.compliance
+        if body is not None and not (self.massless or task.elastic or task.friction.rubs):
+            body = None  # the axis alone, along which nothing pulls
+        behind = Yielding.new(task.contacts, body, task.elastic)
+        return StepBuffers.new(task.contacts, task.size, task.friction, task.restitution, behind)
 
     def step_log(self, prepared: Prepared) -> StepLog:  # noqa: D102
         return StepLog(prepared.own.log, prepared.own.logged, prepared.own.states.size)
@@ -579,19 +803,27 @@ class TimeSteppingScheme(Scheme):
             at = places[i]
             slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
             b.states[i] = STUCK if contact.state == State.STICK else slips
-            b.resumed[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip, 0.0]
-            began = [0.0, i, OPEN, b.states[i], at.slip, at.gap_rate, at.slip_rate, *[0.0] * OF_A_CONTACT]
+            b.resumed[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip, 0.0, 0.0]
+            began = [0.0, 0.0, i, OPEN, b.states[i], at.slip, at.gap_rate, at.slip_rate, *[0.0] * OF_A_CONTACT]
             b.log[b.logged[0]] = [*began, *b.resumed[i]]
             b.logged[0] += 1
             contacts.take(i, contacts.of(i).changed(gap=at.gap, slip=at.slip, gap_rate=at.gap_rate))
-        flexibility = b.flexibility
-        if earlier and flexibility.pressed.size:
-            take_places(flexibility, float(q[0]), contacts.in_python())
-            for i, contact in earlier.items():
-                forces = contact.normal_force, contact.tangential_force
-                flexibility.after[i] = float(flexibility.toward[i] @ forces)
-            end_step(flexibility, 1.0)  # of any length
-            b.resumed[:, HELD] = 0.5 * flexibility.pressed * flexibility.displaced
+        y = b.yielding
+        if earlier and (y.body is not None or y.elastic):
+            for i in earlier:
+                contacts.take(i, contacts.of(i).changed(shift=places[i].shift))
+            found = contacts.in_python()
+            begin_yielding(y, 1.0, np.full(len(found.each), np.inf), found)
+            closed, forces = np.array(sorted(earlier)), np.zeros(2 * len(earlier))
+            for k, i in enumerate(sorted(earlier)):
+                forces[2 * k : 2 * k + 2] = earlier[i].normal_force, earlier[i].tangential_force
+            push_body(y, 1.0, forces, closed, len(closed))  # a step of any length
+            end_yielding(y, 1.0, forces, closed, len(closed))
+            for i in earlier:
+                if y.elastic:
+                    compress(y, i, places[i].gap + y.displaced[2 * i])
+            b.resumed[:, HELD] = y.stored + y.held[0] / len(y.stored)
+            b.resumed[:, COMPRESSED] = y.compressed
 
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return STEPS_PER_CALL
@@ -610,5 +842,6 @@ class TimeSteppingScheme(Scheme):
             self.tolerance * float(np.sqrt(scratch.tolerances.energy)),
             bool(np.any(prepared.own.branches[:, 1:])),  # see `FrictionLaw.rubs`
             self.massless,
-            prepared.own.flexibility.pressed.size > 0,
+            prepared.own.yielding.body is not None or prepared.own.yielding.elastic,
+            prepared.own.yielding.body is not None and prepared.own.yielding.body.table.shape[1] > 0,
         )

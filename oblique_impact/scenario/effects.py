@@ -54,8 +54,8 @@ RULES = (
     Rule("slope", "origin angle extent", lambda s: s.slope.enabled, "there is no slope: slope.enabled = false"),
     Rule(
         "contact",
-        "grid normal stiffness damping impact restitution point_inertia residual_flexibility friction "
-        "axial_flexibility mu_static mu_kinetic regularization",
+        "grid normal stiffness damping linear_damping impact restitution point_inertia residual_flexibility "
+        "friction axial_flexibility mu_static mu_kinetic regularization",
         lambda s: s.contact.enabled,
         _FREE,
     ),
@@ -72,7 +72,7 @@ RULES = (
         lambda s: s.contact.where == "point",
         'the beam is touched at any place; only with contact.where = "point"',
     ),
-    Rule("contact", "stiffness damping", lambda s: s.contact.normal == "spring", _SPRING),
+    Rule("contact", "stiffness damping linear_damping", lambda s: s.contact.normal == "spring", _SPRING),
     Rule(
         "contact",
         "stiffness",
@@ -82,18 +82,18 @@ RULES = (
     Rule(
         "contact", "restitution", lambda s: s.contact.normal == "rigid", f"{_RIGID} (a spring has contact.damping)"
     ),
-    Rule("contact", "impact point_inertia", lambda s: s.contact.normal == "rigid", _RIGID),
+    Rule("contact", "impact", lambda s: s.contact.normal == "rigid", _RIGID),
     Rule(
         "contact",
-        "impact",
-        lambda s: s.contact.friction != "frictionless",
-        'without friction it is Newton\'s; only with contact.friction = "hybrid" or "modified-coulomb"',
+        "point_inertia",
+        lambda s: s.contact.normal == "rigid" or s.is_nodal,
+        "behind an elastic stop the modes have a residual flexibility without inertia already",
     ),
     Rule(
         "contact",
         "residual_flexibility",
-        lambda s: s.contact.normal == "spring" and s.contact.where == "point",
-        'only with contact.normal = "spring" and contact.where = "point"',
+        lambda s: s.contact.normal == "spring",
+        _SPRING,
     ),
     Rule("contact", "residual_flexibility", lambda s: not (s.is_nodal or s.is_absolute), _MODES),
     Rule(

@@ -99,7 +99,12 @@ class ScenarioModel(InputSection):
         discretization = info.data.get("discretization", DiscretizationSection())
         if discretization.method == "absolute":
             return solver.with_defaults(scheme="energy-consistent")
-        return solver.with_defaults(scheme="generalized-alpha" if discretization.is_nodal else "event")
+        if not discretization.is_nodal:
+            return solver.with_defaults(scheme="event")
+        contact = info.data.get("contact", ContactSection())
+        rests = contact.point_inertia == "none" and contact.where == "point"  # its stop is elastic then
+        strikes = contact.enabled and contact.normal == "rigid" and not rests
+        return solver.with_defaults(scheme="time-stepping" if strikes else "generalized-alpha")
 
     def default_of(self, name: str) -> Any:
         """Return the value that "section.key" has in this scenario where it is not given."""

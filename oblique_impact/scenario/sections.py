@@ -285,11 +285,17 @@ class ContactSection(InputSection):
     damping: Annotated[NonNegative, Unit("s/m")] = key(
         0.0, "Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d"
     )
+    linear_damping: Annotated[NonNegative, Unit("N s/m")] = key(
+        0.0, "linear damping of a closed elastic stop, a dashpot beside its spring; it never pulls"
+    )
     impact: Literal["newton", "routh"] = key(
-        "newton", "impact on a rigid stop: without friction (Newton), or with the friction law (Routh)"
+        "newton",
+        "impact on a rigid stop: without friction (Newton), or with the friction law (Routh), as in time-stepping",
     )
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = key(
-        0.0, "coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's"
+        0.0,
+        "coefficient of restitution of an impact on a rigid stop, Newton's, in Moreau's form of several contacts, "
+        "or (Routh) Poisson's",
     )
     point_inertia: Literal["kept", "none"] = key(
         "kept",
@@ -298,8 +304,8 @@ class ContactSection(InputSection):
     )
     residual_flexibility: bool = key(
         True,
-        "whether the static flexibility of the truncated modes is in series with an elastic stop; left out "
-        'with `where = "anywhere"`',
+        "whether the static flexibility of the truncated modes is in series with elastic stops, between all "
+        "places of contact",
     )
     shortening: bool = key(
         True, "whether gap and slip include the foreshortening of the beam up to the contact point"
@@ -331,9 +337,6 @@ class ContactSection(InputSection):
         if self.point_inertia == "none" and (self.restitution > 0.0 or self.impact != "newton"):
             without = '"none" has no impacts'
             yield "point_inertia", f'should be "kept" with contact.restitution or contact.impact: {without}'
-        if self.point_inertia == "none" and self.surface != "axis":
-            across = "such a point is compliant across the axis only"
-            yield "surface", f'should be "axis" with contact.point_inertia = "none": {across}'
 
 
 class DiscretizationSection(InputSection):
@@ -417,8 +420,8 @@ class SolverSection(InputSection):
     scheme: Literal["event", "fixed-step", "generalized-alpha", "time-stepping", "energy-consistent"] = key(
         "event",
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of "
-        "the full nodal model), time-stepping for many rigid contacts, or energy-consistent (that of absolute "
-        "coordinates)",
+        "the full nodal model), time-stepping for rigid contacts, one or many, or energy-consistent (that of "
+        "absolute coordinates)",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10,

@@ -4,8 +4,8 @@ from math import exp, log
 
 import pytest
 
-from oblique_impact.contact.friction import Coulomb, FrictionCurve, ModifiedCoulomb
-from oblique_impact.contact.impacts import routh_impulse
+from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless, ModifiedCoulomb
+from oblique_impact.contact.impacts import newton_impulse, routh_impulse
 from oblique_impact.contact.state import Candidate
 
 
@@ -49,6 +49,15 @@ def test_routh_passes_a_painleve_configuration():
 def striking(gap_rate: float, slip_rate: float, a_nt: float = 0.0) -> Candidate:
     """A contact with a_nn = a_tt = 1."""
     return Candidate(gap_rate=gap_rate, slip_rate=slip_rate, a_nn=1.0, a_nt=a_nt, a_tt=1.0)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_without_friction_poissons_restitution_is_newtons(restitution):
+    """Compression ends at P = v/a_nn, so that e times as much again leaves the gap rate e v."""
+    moving = striking(-2.0, 0.7, 0.4)
+    poisson, newton = routh_impulse(moving, restitution, Frictionless()), newton_impulse(moving, restitution)
+    assert poisson == pytest.approx(newton, rel=1e-14, abs=1e-15)
+    assert moving.gap_rate + poisson.normal == pytest.approx(2.0 * restitution, abs=1e-14)
 
 
 @pytest.mark.parametrize("a_nt", [0.0, 0.5, -0.5])

@@ -48,13 +48,13 @@ def test_the_force_in_series_is_found_for_any_stiffness_damping_and_rate(name):
         law, stop = LAWS[name](k, c), Candidate(compliant=1, compliance=compliance)
         wanted = in_series(law, compliance, depth, rate)
         close = {"rel": 1e-11, "abs": 1e-14 * depth / compliance}
-        assert stop_force(law, stop, -depth, -rate) == pytest.approx(wanted, **close)
+        assert stop_force(law, stop, depth, rate) == pytest.approx(wanted, **close)
         if name == "spring":
             spring = ElasticStop(k, c)
-            assert stop_force(None, stop.changed(**spring.stop), -depth, -rate) == pytest.approx(wanted, **close)
+            assert stop_force(None, stop.changed(**spring.stop), depth, rate) == pytest.approx(wanted, **close)
             at_rest = in_series(law, compliance, depth, 0.0)
             held = 0.5 * at_rest * depth
-            assert spring.energy(-depth, 0.0, compliance) == pytest.approx(held, rel=1e-11)
+            assert spring.peak_energy(depth, at_rest, compliance) == pytest.approx(held, rel=1e-11)
 
 
 def test_the_force_in_series_falls_to_zero_without_a_jump_as_the_stop_opens():
@@ -62,7 +62,7 @@ def test_the_force_in_series_falls_to_zero_without_a_jump_as_the_stop_opens():
     rates = np.linspace(0.0, 20.0, 2001)
     for ratio in (0.1, 1.0, 3.0, 30.0, 1e6):
         stop = Candidate(compliant=1, stiffness=1e6, damping=0.5, compliance=ratio / 1e6)
-        forces = np.array([stop_force(None, stop, -1e-3, rate) for rate in rates])
+        forces = np.array([stop_force(None, stop, 1e-3, -rate) for rate in rates])
         steepest = 1e6 * 1e-3 * 0.5
         assert np.abs(np.diff(forces)).max() < 1.001 * steepest * rates[1]
         assert (np.diff(forces) <= 0.0).all()
@@ -79,7 +79,7 @@ def first_contact(stiffness: float, *keys: str):
 def test_a_stiff_stop_tends_to_the_rigid_one_behind_the_residual_flexibility(damping):
     """The compliance 1/k of the stop adds to that of the beam: what differs from the limit goes like 1/k.
 
-    At 1e9 N/m by some 2e-4 of the force; from 1e15 on it is rounding, to 1e30 N/m.
+    At 1e10 N/m by some 2e-5 of the force; from 1e15 on it is rounding, to 1e30 N/m.
     """
     found = {}
     for k in (1e9, 1e10, 1e11, 1e12, 1e15, 1e20, 1e30):
@@ -90,8 +90,8 @@ def test_a_stiff_stop_tends_to_the_rigid_one_behind_the_residual_flexibility(dam
     limit = found[1e30]
     np.testing.assert_allclose(found[1e15], limit, rtol=1e-9)
     np.testing.assert_allclose(found[1e20], limit, rtol=1e-9)
-    apart = np.abs(np.array([found[k] - limit for k in (1e9, 1e10, 1e11)]))
-    assert (apart[0] / limit < [3e-4, 1e-4, 1e-5]).all()
+    apart = np.abs(np.array([found[k] - limit for k in (1e10, 1e11, 1e12)]))
+    assert (apart[0] / limit < [3e-5, 1e-5, 1e-6]).all()
     np.testing.assert_allclose(apart[:-1] / apart[1:], 10.0, rtol=0.02)
     compliance = contact.compliance
     assert limit[0] == pytest.approx(found[1e9][0] * (1.0 + 0.5e-9 / compliance), rel=1e-4)

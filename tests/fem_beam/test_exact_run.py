@@ -153,13 +153,13 @@ def coefficient(law: FrictionCurve, speed: np.ndarray) -> np.ndarray:
 def test_friction_over_slip_velocity_is_that_of_the_floating_frame(law):
     """Both are in the smoothed part of their laws, which 12 modes find to 2e-3 beside 20.
 
-    30 times as stiff along its axis, the exact beam is off by 4e-4 beside one of 1,000 times.
+    100 times as stiff along its axis, the exact beam is off by 2e-4 of what it tends to.
     """
     keys, own = (MODIFIED, None) if law is SMOOTHED else ((), law)
     elements = [*TOUCH, *keys, "discretization.method=fem", "discretization.modes=20"]
     known, found = (
         simulate(Scenario.builtin("paper", elements), friction=own),
-        touch(*keys, friction=own, stiffer=30),
+        touch(*keys, friction=own, stiffer=100),
     )
     assert found.balance["lost_friction"] == pytest.approx(known.balance["lost_friction"], rel=5e-4)
     (here,), (there,) = found.contacts, known.contacts

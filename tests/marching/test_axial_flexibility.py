@@ -58,7 +58,7 @@ def located() -> History:
 
 @pytest.mark.parametrize(
     ("scheme", "step", "late", "unaccounted"),
-    [("event", 1e-6, 1e-9, 1e-12), ("fixed-step", 1e-6, 1e-5, 3e-8), ("generalized-alpha", 2e-6, 1e-7, 1e-8)],
+    [("event", 1e-6, 1e-9, 1e-11), ("fixed-step", 1e-6, 1e-5, 3e-8), ("generalized-alpha", 2e-6, 1e-7, 1e-8)],
 )
 def test_a_contact_that_sticks_is_a_spring_of_the_stiffness_of_the_beam(scheme, step, late, unaccounted, located):
     """It sticks at first, slips at the edge of its cone, sticks again: by every scheme at the same times."""
@@ -111,7 +111,7 @@ def test_the_tip_of_all_nodes_sticks_as_that_of_all_modes():
     ("pegs", "at", "most", "kinds"),
     [
         (ONE_OF_TWO, 0.3718, 0.05, {"impact": 1, "slip": 1}),
-        (BOTH, 0.382, 2e-4, {"impact": 4, "rebound": 1, "slip": 2, "release": 1}),
+        (BOTH, 0.382, 1e-6, {"impact": 4, "rebound": 1, "slip": 2, "release": 1}),
     ],
     ids=["one", "two"],
 )
@@ -120,7 +120,7 @@ def test_on_rigid_pegs_the_event_scheme_is_the_limit_of_time_stepping(pegs, at, 
 
     The force along the beam is compared where it falls, and one as the other grows.
     """
-    keys = "end_time=0.37205" if pegs == ONE_OF_TWO else "end_time=0.3821", "solver.output_interval=1e-4"
+    keys = "end_time=0.37205" if pegs == ONE_OF_TWO else "end_time=0.3821", "solver.output_interval=1e-5"
     located = run(*FLEXIBLE, *keys, obstacles=pegs)
     assert Counter(e.kind.value for e in located.events) == kinds
     assert all(e.tangential_impulse == 0.0 for e in located.events if e.kind.impulsive)
@@ -129,11 +129,12 @@ def test_on_rigid_pegs_the_event_scheme_is_the_limit_of_time_stepping(pegs, at, 
     flights = *STEPS, *keys, "solver.free_step=1e-5"
     for step in (0.0, 2e-6, 1e-6):
         found = run(*flights, f"solver.contact_step={step}", obstacles=pegs) if step else located
-        at_once = found["contact_lambda_tau"].values[np.argmin(np.abs(found["time"].values - at))]
-        forces.append(at_once[0 if pegs == ONE_OF_TWO else 1])
+        along = found["contact_lambda_tau"].values[:, 0 if pegs == ONE_OF_TWO else 1]
+        # the force of a step, at whose end it is sampled, is that of its middle
+        forces.append(np.interp(at + 0.5 * step, found["time"].values, along))
     errors = np.abs(np.array(forces[1:]) / forces[0] - 1.0)
     assert errors[1] < most
-    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+    assert errors[0] / errors[1] > 1.9
 
 
 @pytest.mark.parametrize(("pegs", "touched"), [(ONE_OF_TWO, 1), (BOTH, 2)], ids=["one", "two"])

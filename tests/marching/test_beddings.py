@@ -19,6 +19,10 @@ COMMON = (
 )
 
 
+#: stops alone, without what the modes leave out of the beam
+ALONE = "contact.residual_flexibility=false"
+
+
 def on_bed(*keys: str, bedding: float, origin: tuple[float, float], extent: tuple[float, ...] = ()) -> History:
     """Run the paper's beam, first horizontal, above a bed."""
     side = f"{{kind='side', origin={list(origin)}, extent={list(extent)}, bedding={bedding}}}"
@@ -60,7 +64,8 @@ def slide(*keys: str) -> History:
     """Let a hub press a slender beam onto a bed over whose end its tip is drawn and comes back."""
     hub = "root.kind=hub", "root.inertia=0.01", "root.torque=-10", "beam.youngs_modulus=7e9"
     common = *hub, "end_time=0.12", "solver.output_interval=1e-5", "contact.grid=64"
-    modes = () if "discretization.method=absolute" in keys else ("discretization.modes=3",)
+    whole = {"discretization.method=absolute", "discretization.modes=0"}
+    modes = () if whole & {*keys} else ("discretization.modes=3", ALONE)
     return on_bed(*common, *modes, *keys, bedding=1e6, origin=(-1.0, -0.05), extent=(0.0, 1.9907))
 
 
@@ -130,10 +135,12 @@ def between_both_ends(*keys: str) -> History:
         (MODES, 1e-8),
         (ELEMENTS, 1e-8),
         (EXACT, 1e-9),
-        ((*MODES, *FIXED, "solver.scheme=fixed-step"), 2e-5),
+        ((*MODES, *FIXED, ALONE, "solver.scheme=fixed-step"), 2e-5),
+        ((*MODES, *FIXED, "solver.scheme=time-stepping"), 1e-8),
+        ((*NODES, *FIXED, "solver.scheme=time-stepping"), 1e-8),
         ((*NODES, *FIXED, "solver.scheme=generalized-alpha"), 2e-5),
     ],
-    ids=["modes", "elements", "exact beam", "fixed steps", "nodes"],
+    ids=["modes", "elements", "exact beam", "fixed steps", "steps of modes", "steps of nodes", "nodes"],
 )
 @pytest.mark.parametrize("friction", ["frictionless", "hybrid"])
 def test_a_bed_with_both_ends_under_the_beam_gives_no_energy(keys, friction, closure):
@@ -147,10 +154,13 @@ def test_a_bed_with_both_ends_under_the_beam_gives_no_energy(keys, friction, clo
     assert np.ptp(slid, axis=0).max() > 1e-4
     assert energy["lost_damping"] == pytest.approx(0.0, abs=1e-9 * energy["supplied"])
     assert abs(energy["unaccounted"]) < closure * energy["supplied"]
-    assert abs(energy["lost_scheme"]) < (1e-12 if closure < 1e-6 else 5.0 * closure) * energy["supplied"]
+    stepped = found.scenario.solver.scheme == "time-stepping"  # which takes some as places close and open
+    taken = 5e-5 if stepped else 1e-12 if closure < 1e-6 else 5.0 * closure
+    assert abs(energy["lost_scheme"]) < taken * energy["supplied"]
     assert energy["lost_friction"] >= 0.0
     held = found.total_energy.values
-    assert held[-1] + energy["lost_friction"] == pytest.approx(energy["supplied"], rel=10.0 * closure)
+    wanted = energy["supplied"] - energy["lost_scheme"]
+    assert held[-1] + energy["lost_friction"] == pytest.approx(wanted, rel=10.0 * closure)
 
 
 def test_a_damped_bed_takes_energy_and_gives_none():
@@ -164,7 +174,7 @@ def test_the_force_of_a_bed_is_what_its_energy_falls_by():
 
     Forces and velocities of the points of the beam are those in the history, the energy is by the depths there.
     """
-    often = "solver.output_interval=2e-6", "end_time=0.05"
+    often = "solver.output_interval=2e-6", "end_time=0.05", ALONE
     found = between_both_ends(*MODES, "contact.friction=frictionless", *often)
     grid, slip, time = found.scenario.contact.grid, found["contact_slip"].values, found["time"].values
     after = np.append(np.full(grid - 1, 0.5 / grid), 0.0)
@@ -184,6 +194,7 @@ def test_the_force_of_a_bed_is_what_its_energy_falls_by():
 
 def test_friction_acts_at_each_place_with_its_share_of_the_force():
     found = on_bed(
+        ALONE,
         *("contact.friction=hybrid", "contact.grid=16", "initial.angular_velocity=-0.4", "end_time=0.03"),
         bedding=1e5,
         origin=(0.0, -0.002),

@@ -171,7 +171,7 @@ def stepped_scenarios(draw, pegs=(1, 2)):
     if normal == "spring":
         contact |= {"stiffness": 10.0 ** draw(st.floats(4.0, 6.5)), "axial_flexibility": draw(st.booleans())}
     kelvin_voigt = draw(pick(0.0, 1e-5, 1e-3))
-    if contact.get("axial_flexibility") and kelvin_voigt and where == "point":
+    if contact.get("axial_flexibility") and kelvin_voigt:
         contact["residual_flexibility"] = False
 
     def beside(along, across):

@@ -87,7 +87,11 @@ def read_xdmf(path: Path) -> list[Frame]:
     return list(frames.values())
 
 
-@pytest.fixture(scope="module", params=[(PAPER, "pvd"), (HUB, "xdmf"), (("tapered", "end_time=0.32"), "pvd")])
+#: a history with samples on both sides of its events
+TAPERED = ("tapered", "end_time=0.32", "solver.scheme=generalized-alpha", "contact.normal=spring")
+
+
+@pytest.fixture(scope="module", params=[(PAPER, "pvd"), (HUB, "xdmf"), (TAPERED, "pvd")])
 def exported(run, request, tmp_path_factory):
     """A history, and what the readers find of its export."""
     case, format = request.param

@@ -143,7 +143,10 @@ def test_the_full_nodal_model_takes_the_scheme_and_frame_that_march_it():
         Scenario().replace(discretization__method="fem", discretization__modes=0),
         Scenario.from_toml(Scenario().to_toml(), [*NODAL]),
     ):
-        assert (scenario.solver.scheme, scenario.discretization.frame) == ("generalized-alpha", "mean-axis")
+        assert (scenario.solver.scheme, scenario.discretization.frame) == ("time-stepping", "mean-axis")
+        for without in ({"normal": "spring"}, {"enabled": False}, {"point_inertia": "none"}):
+            changed = scenario.replace(**{f"contact__{name}": value for name, value in without.items()})
+            assert changed.solver.scheme == "generalized-alpha"
         back = scenario.replace(discretization__modes=4)
         assert (back.solver.scheme, back.discretization.frame) == ("event", "tangent")
     kept = Scenario.builtin("elastic-stop").replace(discretization__modes=4)  # there they are given

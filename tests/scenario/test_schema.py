@@ -37,6 +37,7 @@ UNITS = {
     "N m": "root.torque",
     "N/m": "contact.stiffness",
     "s/m": "contact.damping",
+    "N s/m": "contact.linear_damping",
     "m/s": "contact.regularization",
 }
 PLAIN = (

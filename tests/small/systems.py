@@ -14,6 +14,7 @@ from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.marching.time_stepping import TimeSteppingScheme
 
 Array = NDArray[np.float64]
 
@@ -32,6 +33,8 @@ def scheme_of(name: str, step: float, rho: float = 0.8) -> Any:
         return EventScheme(TOLERANCE)
     if name == "fixed-step":
         return FixedStepScheme(step, step)
+    if name == "time-stepping":
+        return TimeSteppingScheme(step, step, np.inf, 1e-12)
     return GeneralizedAlphaScheme(step, step, rho)
 
 

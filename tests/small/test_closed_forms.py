@@ -271,6 +271,52 @@ def test_a_mass_on_a_belt_sticks_and_slips_in_a_limit_cycle(law, scheme):
     assert last(history, "q")[0] == pytest.approx(place, abs=BELT * bound(scheme, 4.0 * h, 2.0 * second))
 
 
+# --- time-stepping, which finds changes of slip to a step ------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", ["coulomb-0.2", "coulomb-0.4", "modified-coulomb", "curve-that-yields"])
+def test_time_stepping_slides_up_an_incline_and_back_or_stays_to_first_order(law):
+    """A reversal may stick for a step."""
+    chosen, steps, ways = LAWS[law], np.array([4e-3, 2e-3, 1e-3]), []
+    exact = slide(SLIDING_TIME, THROW, -GRAVITY * sin(INCLINE), GRAVITY * cos(INCLINE), chosen)
+    for h in steps:
+        history = completed(thrown_up("time-stepping", chosen, step=h))
+        assert history.events[0].time == 0.0
+        assert times_of(history)[0] == pytest.approx(exact.turns[0], abs=1.5 * h)
+        ways.append(last(history, "slip") - exact.way)
+        assert last(history, "slip_rate") == pytest.approx(exact.speed, abs=GRAVITY * h)
+        assert np.abs(history["gap"].values).max() <= EVENT_ERROR
+        assert abs(history.summary["energy"]["unaccounted"]) <= EVENT_ERROR
+    assert np.all(np.abs(ways) <= 0.5 * steps)
+
+
+@pytest.mark.parametrize("law", RIDING_LAWS)
+def test_time_stepping_rides_a_belt_that_supplies_what_friction_takes(law):
+    h = 1e-3
+    history = completed(ridden("time-stepping", RIDING_LAWS[law](UNSCALED), (0.0, BELT), h))
+    exact = FIRST_SLIP + np.array([0.0, SLIP_TIME, SLIP_TIME + STICK_TIME])
+    assert kinds_of(history) == ["slip", "stick", "slip"]
+    assert times_of(history) == pytest.approx(exact, abs=2.0 * h)
+    assert abs(history.summary["energy"]["unaccounted"]) <= EVENT_ERROR
+    assert history.summary["energy"]["supplied"] > 0.1
+
+
+@pytest.mark.parametrize("height", [0.0, 1e-4, 3e-3, 0.2])
+def test_time_stepping_stops_a_ball_on_the_ground_wherever_it_starts(height):
+    """It starts with 2 m/s downwards, also where it touches already or does within the first half of a step."""
+    h, start = 4e-3, (np.array([0.0, height]), np.array([0.0, -2.0]))
+    ball, scheme = Particle(above=-GRAVITY), scheme_of("time-stepping", h)
+    history = completed(simulate_system(ball, *start, 0.3, scheme=scheme))
+    (contact,) = history.contacts
+    lands = (sqrt(4.0 + 2.0 * GRAVITY * height) - 2.0) / GRAVITY
+    assert contact.start == pytest.approx(lands, abs=2.0 * GRAVITY * h**2)
+    # plastic: the momentum at the landing, and the weight from there on
+    impulse = 2.0 + GRAVITY * 0.3
+    assert contact.normal_impulse == pytest.approx(impulse, abs=1e-9)
+    assert history["gap"].values.min() > -GRAVITY * h**2
+    assert history["gap"].values[-1] == pytest.approx(0.0, abs=1e-9)
+
+
 # --- a rod that falls on its end -------------------------------------------------------------------------------
 
 ANGLE, HALF, HEIGHT = pi / 3, 0.5, 0.05

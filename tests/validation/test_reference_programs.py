@@ -72,3 +72,45 @@ def test_two_modes_of_the_paper_are_what_scipy_computes(name, friction):
 @pytest.mark.parametrize("modes", sorted(VALUES["rigid-stop-modes"]))
 def test_modes_on_a_rigid_stop_are_what_scipy_computes(modes):
     assert load("reference_impact").mean_axis(modes) == pytest.approx(VALUES["rigid-stop-modes"][modes], abs=1e-7)
+
+
+@pytest.fixture
+def compliance():
+    load("reference_impact")  # which it imports
+    return load("reference_compliance")
+
+
+@pytest.mark.parametrize("words", [["--pegs", "0.35,0,0.7,0"], ["--slope"]], ids=" ".join)
+def test_forces_of_elastic_contacts_are_the_derivative_of_their_energy(compliance, words):
+    beam = compliance.beam_of(compliance.arguments([*words, "--residual"]))
+    closed, state = list(range(beam.count)), beam.start()
+    state[:3] = (0.3, 0.05, -0.03) if beam.pegs == [] else (-0.001, -0.04, 0.02)
+
+    def energy(q: np.ndarray) -> float:
+        touches = beam.touches(np.concatenate([q, state[q.size :]]))
+        return -0.5 * beam.forces(touches, closed)[0] @ [touch.gap for touch in touches]
+
+    q, h = state[: beam.modes + 1], 1e-5
+    slopes = [(energy(q + step) - energy(q - step)) / (2.0 * h) for step in h * np.eye(q.size)]
+    found = beam.forces(beam.touches(state), closed)[2]
+    np.testing.assert_allclose(-np.array(slopes), found, rtol=0, atol=1e-7 * np.abs(found).max())
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        item if item == "peg-elastic-residual" else pytest.param(item, marks=pytest.mark.slow)
+        for item in named("reference_compliance")
+    ],
+)
+def test_elastic_contacts_are_what_scipy_computes(compliance, case):
+    given = compliance.arguments(REFERENCES[case].source.split("reference_compliance.py")[1].split())
+    beam, wanted = compliance.beam_of(given), VALUES[case]
+    last = beam.march(given.end)
+    found = [(c.index, c.start, c.end, c.impulse, c.peak) for c in beam.contacts]
+    np.testing.assert_allclose(found, wanted["contacts"], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(np.array(found)[:, :4], np.array(wanted["contacts"])[:, :4], rtol=0, atol=1e-10)
+    turns = [time for time, kind, _ in beam.log if kind == "turn"]
+    np.testing.assert_allclose(turns, wanted.get("turns", []), rtol=0, atol=1e-10)
+    assert (last[0], last[-1]) == pytest.approx((wanted["angle"], wanted.get("lost", 0.0)), abs=1e-10)
+    assert beam.total(last) == pytest.approx(beam.total(beam.start()), abs=1e-11)
