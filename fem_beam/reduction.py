@@ -137,17 +137,23 @@ def spectrum(scenario: Scenario) -> SpinningBeam:
 
 
 def build_nodal(scenario: Scenario) -> BeamOperators:
-    """Discretize the beam of `scenario` by Hermite elements, pinned at the root; nothing is reduced.
+    """Discretize the beam of `scenario` by Hermite elements; nothing is reduced.
+
+    The first degree of freedom is the slope of the root, which a hub of radius r moves across by r times it.
 
     With `contact.point_inertia = "none"` the deflection of the contact point, the beam's end, follows the other
     degrees of freedom statically, without inertia of its own; translations and rotations, so mass, static moment
     and inertia, are kept exactly.  Where the whole beam can touch obstacles, and in time-stepping, no node has
     inertia, see :func:`without_nodal_inertia`.
     """
-    nodal = NodalBeam.from_scenario(scenario)
+    nodal, radius, left_out = NodalBeam.from_scenario(scenario), scenario.root.hub_radius, 0.0
     free = nodal.free_dofs("hinged")
-    kept, left_out = csr_array(eye_array(nodal.basis.N))[:, free], 0.0
-    K, rigid = csr_array(nodal.K[free][:, free]), nodal.rigid_rotation[free]
+    kept = csr_array(eye_array(nodal.basis.N))[:, free]
+    rigid = nodal.rigid_rotation[free]
+    if radius > 0.0:
+        kept = csr_array(kept + csr_array(([radius], ([0], [0])), shape=kept.shape))
+        rigid[1::2] += radius
+    K = csr_array(kept.T @ nodal.K @ kept)
     massless = scenario.contact.point_inertia == "none"
     anywhere = scenario.contact.where == "anywhere" or scenario.solver.scheme == "time-stepping"
     if massless and not anywhere:
@@ -158,11 +164,15 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
     if massless and anywhere:
         operators = without_nodal_inertia(nodal, operators, kept, rigid)
     # integrals with the function x are taken from the elements too: rigid rotations must cancel to the last digit
+    static_moment = float(rigid @ operators.P)
+    # the hub as a rigid bar, which does not bend in its own frame: M1 x = C x then
+    bar = csr_array(([radius * static_moment], ([0], [0])), shape=K.shape)
     return replace(
         operators,
         K=K,
+        C=csr_array(operators.C + bar),
         J=float(rigid @ operators.S),
-        Sm=float(rigid @ operators.P),
+        Sm=static_moment,
         rigid=rigid,
         curvature_factor=csr_array(nodal.curvature_factor() @ kept),
         left_out=left_out,

@@ -316,7 +316,9 @@ def place_of(s: Any, radius: float, kept: float, X: float, Y: float, B: Array) -
         if not (abs(step) <= 0.5 * last and low <= x + step <= high):
             away = 2.0 * last if value < 0.0 else -2.0 * last
             step = 0.5 * (low + high) - x if high - low < np.inf else away
-        x, last, placed = x + step, abs(step), abs(step) <= rounding
+        # far beyond the beam the rounding of x is the larger one
+        placed = abs(step) <= rounding or x + step == x
+        x, last = x + step, abs(step)
 
 
 @jitable

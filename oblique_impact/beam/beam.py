@@ -317,10 +317,14 @@ class Beam:
     def initial_state(self) -> tuple[Array, Array]:
         """Return coordinates and velocities at t = 0: the undeformed beam at its initial angle and speed."""
         q, qd = np.zeros(self.size), np.zeros(self.size)
-        q[0] = self.scenario.initial.angle
-        driven = self.scenario.root.kind == "driven"
-        qd[0] = self.motion.at(0.0).speed if driven else self.scenario.initial.angular_velocity
+        q[0], qd[0] = self.scenario.initial.angle, self._initial_speed
         return q, qd
+
+    @property
+    def _initial_speed(self) -> float:
+        """Angular velocity (rad/s) at t = 0."""
+        driven = self.scenario.root.kind == "driven"
+        return self.motion.at(0.0).speed if driven else self.scenario.initial.angular_velocity
 
     def split(self, q: Array) -> Array:
         """Return [theta, B] (..., n + 1) of the coordinates that are marched."""
@@ -389,10 +393,10 @@ class Beam:
 
 
 class FullBeam(Beam):
-    """A beam in all its nodes, on a pin or on a hub of radius 0, in its total transverse coordinates W (n,).
+    """A beam in all its nodes, in its total transverse coordinates W (n,); first-order kinetics.
 
-    The operators are banded ones of its free degrees of freedom, the slope at the root and then node by node, from
-    ``oblique_impact.fem_beam.build_nodal``; mean-axis frame, first-order kinetics.
+    The operators are banded ones of the slope of the root and of deflection and slope node by node, from
+    ``oblique_impact.fem_beam.build_nodal``.
     """
 
     @property
@@ -424,25 +428,36 @@ class FullBeam(Beam):
             for k in range(HALF_BANDWIDTH + 1):
                 diagonal = matrix.diagonal(k)
                 bands[which, k, : diagonal.size] = diagonal
-        vectors = np.zeros((5, self.size))
+        vectors = np.zeros((8, self.size))
         vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.coupling, o.P, rigid
-        vectors[frame.GRAVITY_RIGID] = o.D @ rigid
+        vectors[frame.GRAVITY_RIGID], vectors[frame.FRAME] = o.D @ rigid, self._frame
+        if s.root.kind == "driven":
+            near = min(HALF_BANDWIDTH + 1, self.size)
+            for row, which in ((frame.ROOT_MASS, frame.MASS_BAND), (frame.ROOT_STIFFNESS, frame.STIFFNESS_BAND)):
+                vectors[row, :near] = bands[which, :near, 0]
+                bands[which, :, 0] = 0.0
+            bands[frame.MASS_BAND, 0, 0] = o.inertia  # that of the prescribed coordinate is of no effect
         factored, massless = bands, None
         if o.means is not None:
-            massless = frame.mean_velocities(o.means.toarray(), self.hub_inertia > 0.0)
+            held = self.hub_inertia > 0.0 or s.discretization.frame == "tangent"
+            massless = frame.mean_velocities(o.means.toarray(), held, self._yields)
             # a little stiffness makes the mass definite: for the acceleration from which a run starts
             factored = bands.copy()
-            deflections = bands[:, 0, 1::2].sum(axis=1)
+            deflections = bands[:, 0, 1 + self._yields :: 2].sum(axis=1)
             share = _STIFFENED * deflections[frame.MASS_BAND] / deflections[frame.STIFFNESS_BAND]
             factored[frame.MASS_BAND] += share * bands[frame.STIFFNESS_BAND]
-        mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(factored, o.coupling)
+        mass_factor, vectors[frame.FRAME_RESPONSE] = frame.factored_mass(factored, self._frame)
         numbers = {
+            "root": _ROOTS[s.root.kind],
+            "yields": self._yields,
             "inertia": o.inertia,
             "static_moment": o.Sm,
             "gravity": s.gravity,
             "torque": self._torque,
             "kelvin_voigt": s.beam.kelvin_voigt,
             "mass_proportional": s.beam.mass_proportional,
+            "hub_radius": s.root.hub_radius,
+            **(asdict(self.motion) if isinstance(self.motion, SpinUp) else {}),
         }
         return NodalModel(
             numbers=record_of(frame.NODAL_NUMBERS, numbers),
@@ -450,14 +465,27 @@ class FullBeam(Beam):
             mass_factor=mass_factor,
             vectors=vectors,
             places=self._nodal_places(),
+            drive=self.motion.drive,
             massless=massless,
             shaking=self.shaking,
         )
 
+    @property
+    def _yields(self) -> bool:
+        """Whether the slope of the root is a coordinate of its own, behind the angle of a driven root."""
+        return False
+
+    @cached_property
+    def _frame(self) -> Array:
+        """Vector a (n,) of the angle a.W of the frame: that of beam and hub as a whole, or the first coordinate."""
+        if self.scenario.discretization.frame == "mean-axis":
+            return self.operators.coupling / self.operators.inertia
+        return np.eye(1, self.size)[0]
+
     def _nodal_places(self) -> NodalPlaces:
         """Places of contact as kernels read them."""
         o, edges = self.operators, self._along.edges
-        size = 2 * edges.size
+        size = 2 * edges.size + 1
         return NodalPlaces(
             HermiteShapes.on(edges),
             self._place_records(),
@@ -469,12 +497,12 @@ class FullBeam(Beam):
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return W and W' at t = 0: the undeformed beam at its initial angle and speed."""
-        initial, rigid = self.scenario.initial, self.operators.rigid
-        return initial.angle * rigid, initial.angular_velocity * rigid
+        rigid = self.operators.rigid
+        return self.scenario.initial.angle * rigid, self._initial_speed * rigid
 
     def split(self, q: Array) -> Array:
-        """Return [theta, B] (..., n + 1) of W (..., n), with the angle of the mean-axis frame."""
-        theta = (q @ self.operators.coupling / self.operators.inertia)[..., None]
+        """Return [theta, B] (..., n + 1) of W (..., n)."""
+        theta = (q @ self._frame)[..., None]
         return np.concatenate([theta, q - theta * self.operators.rigid], axis=-1)
 
     def joined(self, q: Array) -> Array:

@@ -295,13 +295,18 @@ def touch_beam(
     else:
         directions = _meet_moving(model.places.shapes, model, i, q, qd, v, True, c)
     take_rows(directions, v, rows)
-    if model.numbers.root == DRIVEN:  # theta is prescribed
-        acceleration = _driven(model, t)
-        c.gap_bias += rows[0, 0] * acceleration
-        c.slip_bias += rows[1, 0] * acceleration
-        c.shift_bias = acceleration if model.places.each[i].on_side else 0.0
-        for k in range(rows.shape[0]):
-            rows[k, 0] = 0.0
+    if model.numbers.root == DRIVEN:
+        take_prescribed(_driven(model, t), model.places.each[i].on_side, c, rows)
+
+
+@inlined
+def take_prescribed(acceleration: float, on_side: bool, c: Candidate, rows: Array) -> None:
+    """Take the acceleration (rad/s^2) of the first coordinate, which is prescribed, from the rows to the biases."""
+    c.gap_bias += rows[0, 0] * acceleration
+    c.slip_bias += rows[1, 0] * acceleration
+    c.shift_bias = acceleration if on_side else 0.0
+    for k in range(rows.shape[0]):
+        rows[k, 0] = 0.0
 
 
 @inlined

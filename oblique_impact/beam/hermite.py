@@ -1,8 +1,7 @@
 """The axis of the bent beam in all nodes of a mesh: cubics on elements, n deflections and slopes of nodes.
 
-The coordinates are those of a beam on a pin: the slope of the root, then deflection and slope node by node.  The
-beam is shortened by the slopes of all elements before a place; what these give is summed once for all places.  On
-an element z goes from -1 to 1.
+The coordinates are deflection and slope in the floating frame, node by node.  The beam is shortened by the slopes
+of all elements before a place; what these give is summed once for all places.  On an element z goes from -1 to 1.
 """
 
 from __future__ import annotations
@@ -32,8 +31,7 @@ class _Mesh(NamedTuple):
 def _cubic(s: HermiteShapes, element: int, B: Array) -> Four:
     """Coefficients of the deflection (m) on an element over powers of z."""
     half, k = 0.5 * (s.edges[element + 1] - s.edges[element]), 2 * element
-    first = B[k - 1] if element > 0 else 0.0
-    last, steep, steeper = B[k + 1], half * B[k], half * B[k + 2]
+    first, last, steep, steeper = B[k], B[k + 2], half * B[k + 1], half * B[k + 3]
     return (
         0.5 * (first + last) + 0.25 * (steep - steeper),
         0.75 * (last - first) - 0.25 * (steep + steeper),
@@ -78,8 +76,7 @@ def _overlap(p: Four, r: Four, z: float) -> float:
 def _whole(s: HermiteShapes, element: int, B: Array) -> Four:
     """Integrals over an element of u_y' times the derivatives of its four shape functions, see `_shape`."""
     length, k = s.edges[element + 1] - s.edges[element], 2 * element
-    fall = (B[k - 1] if element > 0 else 0.0) - B[k + 1]
-    steep, steeper = length * B[k], length * B[k + 2]
+    fall, steep, steeper = B[k] - B[k + 2], length * B[k + 1], length * B[k + 3]
     force = (1.2 * fall + 0.1 * (steep + steeper)) / length
     first, last = 3.0 * fall + 4.0 * steep - steeper, 3.0 * fall - steep + 4.0 * steeper
     return force, first * (1.0 / 30.0), -force, last * (1.0 / 30.0)
@@ -89,21 +86,19 @@ def _whole(s: HermiteShapes, element: int, B: Array) -> Four:
 def _times(f: Four, element: int, B: Array) -> float:
     """Product with deflections and slopes of the ends of an element."""
     k = 2 * element
-    first = B[k - 1] if element > 0 else 0.0
-    return float(f[0] * (first - B[k + 1]) + f[1] * B[k] + f[3] * B[k + 2])
+    return float(f[0] * (B[k] - B[k + 2]) + f[1] * B[k + 1] + f[3] * B[k + 3])
 
 
 @jitable
 def _bend(s: HermiteShapes, B: Array, Bd: Array) -> None:
     """Take the integrals, see `oblique_impact.beam.axis.Shapes`."""
-    s.product[1] = 0.0
+    s.product[1], s.product[2] = 0.0, 0.0
     for k in range(s.edges.shape[0] - 1):
         f, rate = _whole(s, k, B), _whole(s, k, Bd)
         square, mixed, turn = _times(f, k, B), _times(f, k, Bd), _times(rate, k, Bd)
-        if k > 0:  # the root has no deflection
-            s.product[2 * k] += f[0]
-        s.product[2 * k + 1] += f[1]
-        s.product[2 * k + 2], s.product[2 * k + 3] = f[2], f[3]
+        s.product[2 * k + 1] += f[0]
+        s.product[2 * k + 2] += f[1]
+        s.product[2 * k + 3], s.product[2 * k + 4] = f[2], f[3]
         s.squares[k + 1] = s.squares[k] + square
         s.rates[k + 1] = s.rates[k] + mixed
         s.turns[k + 1] = s.turns[k] + turn
@@ -146,19 +141,17 @@ def _take_shapes(s: HermiteShapes, axis: AxisPoint, B: Array, v: Array) -> None:
     shapes, slopes, HB, k, z = v[SCRATCH_A], v[SCRATCH_B], v[SHORTENING_PRODUCT], axis.panel, axis.z
     for i in range(B.shape[0] + 1):
         shapes[i], slopes[i], HB[i] = 0.0, 0.0, 0.0
-    for i in range(2 * k):
+    for i in range(2 * k + 1):
         HB[i] = s.product[i]
     if k > 0:
         f = _whole(s, k - 1, B)
-        HB[2 * k], HB[2 * k + 1] = f[2], f[3]
+        HB[2 * k + 1], HB[2 * k + 2] = f[2], f[3]
     half, p = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B)
     for which in range(4):
-        i = 2 * k + which
-        if i > 0:
-            shape = _shape(which, half)
-            slopes[i] = _rate(shape, z) / half
-            shapes[i] = _value(shape, z) + slopes[i] * axis.beyond
-            HB[i] += _overlap(shape, p, z) / half + axis.slope * slopes[i] * axis.beyond
+        i, shape = 2 * k + 1 + which, _shape(which, half)
+        slopes[i] = _rate(shape, z) / half
+        shapes[i] = _value(shape, z) + slopes[i] * axis.beyond
+        HB[i] += _overlap(shape, p, z) / half + axis.slope * slopes[i] * axis.beyond
 
 
 class HermiteShapes(_Mesh):
@@ -174,4 +167,4 @@ class HermiteShapes(_Mesh):
     def on(cls, edges: Array) -> HermiteShapes:
         """Return those of a straight beam between nodes (elements + 1,), m."""
         n = edges.size
-        return cls(edges, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(2 * n))
+        return cls(edges, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(2 * n + 1))

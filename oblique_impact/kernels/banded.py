@@ -42,16 +42,20 @@ def band_multiply(bands: Array, which: int, x: Array, product: Array) -> None:
 
 
 @jitable
-def factor_band(bands: Array, first: int, a: float, second: int, b: float, factors: Array) -> bool:
+def factor_band(
+    bands: Array, first: int, a: float, second: int, b: float, at: int, more: float, factors: Array
+) -> bool:
     """L D L^T of a bands[first] + b bands[second], by rows [1/D, L(i,i-1), L(i,i-2), L(i,i-3)].
 
-    False if the sum is not positive definite.
+    The diagonal entry `at` has `more` besides.  False if the sum is not positive definite.
     """
     n = bands.shape[2]
     for i in range(n):
         low = max(0, i - HALF_BANDWIDTH)
         for j in range(low, i + 1):
             entry = a * bands[first, i - j, j] + b * bands[second, i - j, j]
+            if i == j == at:
+                entry += more
             for m in range(low, j):
                 # rows keep L; D is the inverse of what is stored in front
                 if j - m <= HALF_BANDWIDTH:

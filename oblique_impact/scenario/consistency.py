@@ -154,8 +154,9 @@ def _of_axial_flexibility(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 
 def _of_nodal_model(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     nodal, instead = "the full nodal model", "or keep modes: discretization.modes >= 1"
-    if s.root.is_moved:
-        yield "discretization.modes", f"{nodal} is for a pin or a hub of radius 0; keep modes"
+    if s.discretization.frame == "tangent" and not s.root.is_moved:
+        light = "the end of an element alone would have to carry the tangent frame of a free root"
+        yield "discretization.frame", f'should be "mean-axis" in {nodal}: {light}'
     if s.solver.scheme not in ("generalized-alpha", "time-stepping"):
         by = '"generalized-alpha" or "time-stepping"'
         marched = f"{nodal} (discretization.modes = 0) is marched by {by} only"

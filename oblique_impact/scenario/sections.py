@@ -399,9 +399,6 @@ class DiscretizationSection(InputSection):
         instead = "or keep modes: discretization.modes >= 1"
         if self.is_nodal and self.kinetics != "first-order":
             yield "kinetics", f'the full nodal model is "first-order"; {instead}'
-        if self.is_nodal and "frame" in self.model_fields_set and self.frame != "mean-axis":
-            marched = 'the full nodal model (discretization.modes = 0) is marched in the "mean-axis" frame only'
-            yield "frame", f"{marched}; leave this key out, {instead}"
 
     @property
     def is_nodal(self) -> bool:

@@ -9,11 +9,25 @@ from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.contact.forces import touch_contacts, touched
 from oblique_impact.contact.state import DIRECTION, RESPONSE, SLIDING, Candidate, Contacts
 from oblique_impact.fem_beam.reduction import eigenmodes
-from oblique_impact.kernels.workspace import FREE_ACCELERATION
+from oblique_impact.kernels.workspace import FREE_ACCELERATION, SUPPLY
 
 KINEMATICS = ("gap", "slip", "gap_rate", "slip_rate", "gap_bias", "slip_bias")
 
-ROOTS = {"pin": {}, "hub": {"root__kind": "hub", "root__inertia": 0.05, "root__torque": 1.3}}
+SPIN_UP = {"root__kind": "driven", "root__profile": "spin-up", "root__spin_rate": 4.0, "root__spin_up_time": 0.3}
+ROOTS = {
+    "pin": {},
+    "hub": {"root__kind": "hub", "root__inertia": 0.05, "root__torque": 1.3},
+    "hub of a radius": {
+        "root__kind": "hub",
+        "root__inertia": 0.05,
+        "root__torque": 1.3,
+        "root__hub_radius": 0.2,
+    },
+    "held": {"root__kind": "driven"},
+    "driven": SPIN_UP | {"root__hub_radius": 0.15},
+}
+BASE = {"base__acceleration": 3.0, "base__frequency": 7.0, "base__direction": 0.7}
+TIME = 0.04  # s, of the states
 SHAPES = {
     "uniform": {},
     "tapered": {
@@ -30,13 +44,12 @@ def scenario_of(root="pin", shape="uniform", **changes):
     base = {
         "discretization__method": "fem",
         "discretization__modes": 0,
-        "discretization__frame": "mean-axis",
         "discretization__elements": 5,
         "solver__scheme": "generalized-alpha",
         "beam__kelvin_voigt": 1e-5,
         "beam__mass_proportional": 0.3,
     }
-    return Scenario().replace(**(base | ROOTS[root] | SHAPES[shape] | changes))
+    return Scenario().replace(**(base | BASE | ROOTS[root] | SHAPES[shape] | changes))
 
 
 def closed(size):
@@ -48,9 +61,12 @@ class Pair:
     """One random state of a nodal beam, and the same state in all the modes of its mesh."""
 
     def __init__(self, scenario, seed=0):
+        self.driven = scenario.root.kind == "driven"
         self.full = FullBeam(scenario, fem_beam.build_nodal(scenario))
         self.modal = Beam(scenario, fem_beam.build_operators(scenario))
-        modes = eigenmodes(fem_beam.NodalBeam.from_scenario(scenario), "hinged", None)[1:]
+        clamped = scenario.discretization.frame == "tangent"
+        root = "clamped" if clamped else "hinged"
+        modes = eigenmodes(fem_beam.NodalBeam.from_scenario(scenario), root, None)[1:]
         self.T = np.column_stack([self.full.operators.rigid, modes])
         rng = np.random.default_rng(seed)
         scale = 1e-3 / np.arange(1, modes.shape[1] + 1) ** 2
@@ -58,11 +74,11 @@ class Pair:
         self.qd = np.concatenate([[-3.0], 1e3 * scale * rng.normal(size=scale.size)])
         self.W, self.Wd = self.T @ self.q, self.T @ self.qd
         self.work, self.dense = self.full.model.new_workspace(), self.modal.model.new_workspace()
-        self.found = self.full.model.evaluate(0.0, self.W, self.Wd, self.work)
-        self.expected = self.modal.model.evaluate(0.0, self.q, self.qd, self.dense)
+        self.found = self.full.model.evaluate(TIME, self.W, self.Wd, self.work)
+        self.expected = self.modal.model.evaluate(TIME, self.q, self.qd, self.dense)
         self.contacts, self.modal_contacts = closed(self.W.size), closed(self.q.size)
-        assert touch_contacts(self.full.model, self.contacts, 0.0, self.W, self.Wd, self.work) == 1
-        assert touch_contacts(self.modal.model, self.modal_contacts, 0.0, self.q, self.qd, self.dense) == 1
+        assert touch_contacts(self.full.model, self.contacts, TIME, self.W, self.Wd, self.work) == 1
+        assert touch_contacts(self.modal.model, self.modal_contacts, TIME, self.q, self.qd, self.dense) == 1
 
 
 @pytest.fixture(params=[(root, shape) for root in ROOTS for shape in SHAPES], ids="-".join)
@@ -72,12 +88,17 @@ def pair(request):
 
 def test_kinematics_and_forces(pair):
     assert pair.found.damping_power == pytest.approx(pair.expected.damping_power, rel=1e-10, abs=1e-12)
+    found, rows, free = pair.contacts.of(0), pair.contacts.rows[DIRECTION, 0] @ pair.T, 1 if pair.driven else 0
+    if pair.driven:  # the nodes are carried along by a turn that is prescribed
+        turning = pair.full.motion.at(TIME).acceleration * rows[:, 0]
+        found.gap_bias, found.slip_bias = found.gap_bias + turning[0], found.slip_bias + turning[1]
     for name in KINEMATICS:
         expected = getattr(pair.modal_contacts.of(0), name)
-        assert getattr(pair.contacts.of(0), name) == pytest.approx(expected, rel=1e-10, abs=1e-12), name
-    assert_allclose(pair.contacts.rows[DIRECTION, 0] @ pair.T, pair.modal_contacts.rows[DIRECTION, 0], atol=1e-12)
-    forces = pair.T.T @ pair.work.forces
-    assert_allclose(forces, pair.dense.forces, atol=1e-9 * np.abs(forces).max())
+        assert getattr(found, name) == pytest.approx(expected, rel=1e-10, abs=1e-12), name
+    assert_allclose(rows[:, free:], pair.modal_contacts.rows[DIRECTION, 0][:, free:], atol=1e-12)
+    if not pair.driven:
+        forces = pair.T.T @ pair.work.forces
+        assert_allclose(forces, pair.dense.forces, atol=1e-9 * np.abs(forces).max())
 
 
 def test_accelerations_and_responses(pair):
@@ -88,6 +109,11 @@ def test_accelerations_and_responses(pair):
     for one, expected in zip(found, modal @ pair.T.T, strict=True):
         assert_allclose(one, expected, atol=1e-9 * np.abs(expected).max())
     assert pair.full.model.definiteness(pair.found.rank_one, pair.work) > 0.9
+    powers = []
+    for evaluated, work in ((pair.found, pair.work), (pair.expected, pair.dense)):
+        v = work.vectors
+        powers.append(evaluated.supplied_power + v[SUPPLY] @ v[FREE_ACCELERATION])
+    assert powers[0] == pytest.approx(powers[1], rel=1e-10) and powers[0] != 0.0
 
 
 def test_energies(pair):
@@ -117,7 +143,7 @@ def test_rows_rates_and_biases_are_derivatives_of_gap_and_slip(changes):
     Wd = -3.0 * full.operators.rigid + rng.normal(size=size)
 
     def at(t, velocity):
-        e, *rows = touched(model, 0, 0.0, W + t * velocity, velocity, work)
+        e, *rows = touched(model, 0, TIME, W + t * velocity, velocity, work)
         return np.array([e.gap, e.slip, e.gap_rate, e.slip_rate]), [e.gap_bias, e.slip_bias], np.array(rows)
 
     def difference(velocity):
@@ -141,8 +167,8 @@ def test_places_that_touch_obstacles_move_as_in_all_modes():
     count = len(pair.modal.candidates)
     assert count >= 5
     for i in range(count):
-        found, *rows = touched(pair.full.model, i, 0.0, pair.W, pair.Wd, pair.work)
-        expected, *modal_rows = touched(pair.modal.model, i, 0.0, pair.q, pair.qd, pair.dense)
+        found, *rows = touched(pair.full.model, i, TIME, pair.W, pair.Wd, pair.work)
+        expected, *modal_rows = touched(pair.modal.model, i, TIME, pair.q, pair.qd, pair.dense)
         for name in KINEMATICS:
             assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-10, abs=1e-12), name
         assert_allclose(np.array(rows) @ pair.T, modal_rows, atol=1e-12)
