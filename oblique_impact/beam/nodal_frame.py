@@ -30,8 +30,8 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from oblique_impact.beam.axis import Met, meet
 from oblique_impact.beam.base_motion import drive_acceleration
-from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.floating_frame import DRIVEN, take_prescribed
+from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
 from oblique_impact.contact.sides_and_pegs import take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts

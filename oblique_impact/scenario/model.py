@@ -90,7 +90,9 @@ class ScenarioModel(InputSection):
 
     @field_validator("discretization")
     @classmethod
-    def _frame_of_method(cls, discretization: DiscretizationSection, info: ValidationInfo) -> DiscretizationSection:
+    def _frame_of_method(
+        cls, discretization: DiscretizationSection, info: ValidationInfo
+    ) -> DiscretizationSection:
         turns = discretization.is_nodal and not info.data.get("root", RootSection()).is_moved
         return discretization.with_defaults(frame="mean-axis" if turns else "tangent")
 

@@ -14,8 +14,10 @@ import numpy as np
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative, discretization
 from oblique_impact.contact.forces import touched
+from oblique_impact.contact.state import Candidate, Contacts
+from oblique_impact.kernels.workspace import FREE_ACCELERATION, SUPPLY
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.runs import Array
 
 check = checks_of("equations", "Equations of motion against Lagrange's")
@@ -48,11 +50,13 @@ def _potential(o: Any, gravity: float, theta: Any, B: Any) -> Any:
 
 def first_order_lagrangian(o: Any, gravity: float) -> Energy:
     """Kinetic energy to second order in the elastic coordinates, less the potential (theory Sec. 3)."""
+    hub = o.sections.hub_inertia
 
     def lagrangian(q: Any, qd: Any) -> Any:
         B, Bd, spin = q[1:], qd[1:], qd[0]
         turning = o.J + B @ (o.M1 @ B) - B @ (o.C @ B)
         kinetic = 0.5 * turning * spin**2 + spin * (o.S @ Bd) + 0.5 * Bd @ (o.M1 @ Bd)
+        kinetic = kinetic + 0.5 * hub * (spin + o.root_slope @ Bd) ** 2
         return kinetic - _potential(o, gravity, q[0], B)
 
     return lagrangian
@@ -110,38 +114,83 @@ def floating_frame() -> Iterator[Measurement]:
                 yield Measurement(quantity, distance, 0.0, "1", ROUNDING, _LAGRANGE, tail)
 
 
+#: roots of the full nodal model: those that are free to turn, and one that is turned
+_FREE = {"pin": (), "hub": ("root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.2", "initial.angle=0.3")}
+_DRIVEN = (
+    "root.kind=driven",
+    "root.profile=spin-up",
+    "root.spin_rate=5",
+    "root.spin_up_time=0.1",
+    "root.hub_radius=0.2",
+)
+
+
+class _Nodal:
+    """A full nodal model of five elements in a bent, fast state, and what Lagrange's equations say of it."""
+
+    time = 0.03  # s
+
+    def __init__(self, root: tuple[str, ...]) -> None:
+        keys = ("method=fem", "modes=0", "elements=5")
+        nodal = [*(f"discretization.{key}" for key in keys), "contact.enabled=false", *root]
+        scenario = Scenario.builtin("paper", nodal)
+        self.beam = FullBeam(scenario, discretization("fem").build_nodal(scenario))
+        o, size = self.beam.operators, self.beam.size
+        frame = np.array([self.beam.split(e)[0] for e in np.eye(size)])  # theta = frame . W
+        inner = first_order_lagrangian(o, scenario.gravity)
+
+        def lagrangian(W: Any, Wd: Any) -> Any:
+            theta, spin = frame @ W, frame @ Wd
+            return inner(np.append(theta, W - o.rigid * theta), np.append(spin, Wd - o.rigid * spin))
+
+        rng = np.random.default_rng(20160923)
+        W = 0.4 * o.rigid + 0.01 * rng.uniform(-1.0, 1.0, size)
+        self.Wd = -3.0 * o.rigid + rng.uniform(-1.0, 1.0, size)
+        self.work = self.beam.model.new_workspace()
+        self.evaluated = self.beam.model.evaluate(self.time, W, self.Wd, self.work)
+        self.mass, self.force = lagrange(lagrangian, W, self.Wd)
+
+
 @check(
     "The full nodal model in total coordinates W = x theta + B: mass and forces, gauge terms included.",
     seconds=0.5,
 )
-def nodal() -> list[Measurement]:
-    """Five elements; theta = S W/J, B = W - x theta."""
-    keys = ("method=fem", "modes=0", "frame=mean-axis", "elements=5")
-    nodal = [*(f"discretization.{key}" for key in keys), "solver.scheme=generalized-alpha"]
-    scenario = Scenario.builtin("paper", nodal)
-    full = FullBeam(scenario, discretization("fem").build_nodal(scenario))
-    o, J = full.operators, full.operators.J
-    inner = first_order_lagrangian(o, scenario.gravity)
+def nodal() -> Iterator[Measurement]:
+    """Five elements on a pin, in the mean-axis frame, and on a hub with a radius, in the tangent frame."""
+    for name, root in _FREE.items():
+        found = _Nodal(root)
+        columns = np.empty_like(found.mass)
+        for k, e in enumerate(np.eye(found.beam.size)):
+            found.beam.model.mass_product(found.evaluated.rank_one, found.work, e, columns[:, k])
+        of_mass, of_forces = _relative(columns, found.mass), _relative(found.work.forces, found.force)
+        tail = "" if name == "pin" else f"-{name}"
+        quantity, bound = f"mass, {name}: relative distance", 5.0 * ROUNDING
+        yield Measurement(quantity, of_mass, 0.0, "1", bound, _LAGRANGE, f"mass{tail}")
+        yield Measurement(
+            f"forces, {name}: relative distance", of_forces, 0.0, "1", ROUNDING, _LAGRANGE, f"forces{tail}"
+        )
 
-    def lagrangian(W: Any, Wd: Any) -> Any:
-        theta, spin = o.S @ W / J, o.S @ Wd / J
-        q, qd = np.append(theta, W - o.rigid * theta), np.append(spin, Wd - o.rigid * spin)
-        return inner(q, qd)
 
-    rng = np.random.default_rng(20160923)
-    W = 0.4 * o.rigid + 0.01 * rng.uniform(-1.0, 1.0, full.size)
-    Wd = -3.0 * o.rigid + rng.uniform(-1.0, 1.0, full.size)
-    work = full.model.new_workspace()
-    evaluated = full.model.evaluate(0.0, W, Wd, work)
-    mass, force = lagrange(lagrangian, W, Wd)
-    columns = np.empty_like(mass)
-    for k, e in enumerate(np.eye(full.size)):
-        full.model.mass_product(evaluated.rank_one, work, e, columns[:, k])
-    of_mass, of_forces = _relative(columns, mass), _relative(work.forces, force)
-    return [
-        Measurement("mass: relative distance", of_mass, 0.0, "1", 5.0 * ROUNDING, _LAGRANGE, "mass"),
-        Measurement("forces: relative distance", of_forces, 0.0, "1", ROUNDING, _LAGRANGE, "forces"),
-    ]
+@check(
+    "The full nodal model on a root that is turned: balance of forces, and the power of the drive.", seconds=0.5
+)
+def driven_nodal() -> Iterator[Measurement]:
+    """Five elements at a radius; the first coordinate is the angle that is prescribed."""
+    found = _Nodal(_DRIVEN)
+    contacts = Contacts.new([Candidate()], found.beam.size, packed=True)
+    found.beam.model.solve_mass(found.evaluated.rank_one, found.work, contacts, False)
+    acceleration = found.work.vectors[FREE_ACCELERATION].copy()
+    turn = found.beam.motion.at(found.time).acceleration
+    yield within("acceleration of the root", acceleration[0], turn, "rad/s²", ROUNDING, "prescribed", "root")
+    of_inertia = found.mass @ acceleration
+    rounding = ROUNDING * np.abs(found.mass) @ np.abs(acceleration)  # accelerations of nodes cancel in sums
+    distance = float(np.abs(of_inertia - found.force)[1:].max())
+    quantity, allowed = "M W'' less the forces: largest", float(rounding[1:].max())
+    yield Measurement(quantity, distance, 0.0, "N, N m", allowed, _LAGRANGE, "balance")
+    power = float((of_inertia[0] - found.force[0]) * found.Wd[0])
+    supplied = found.evaluated.supplied_power + float(found.work.vectors[SUPPLY] @ acceleration)
+    allowed = float(abs(rounding[0] * found.Wd[0]))
+    yield Measurement("power of the drive", supplied, power, "W", allowed, _LAGRANGE, "power")
 
 
 def _place(o: BeamOperators, scenario: Scenario, q: Any) -> tuple[Any, Any]:

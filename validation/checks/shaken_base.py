@@ -36,11 +36,16 @@ def tip_response(w: float) -> complex:
     return complex(-((np.cosh(z) + np.cos(z)) / (1.0 + np.cosh(z) * np.cos(z)) - 1.0) / w**2)
 
 
-def _steady_tip(method: str, w: float) -> complex:
-    """Deflection of the tip in steady state over the acceleration of the base, from a start at rest."""
+def _steady_tip(w: float, steps: int = 0, **shapes: Any) -> complex:
+    """Deflection of the tip in steady state over the acceleration of the base, from a start at rest.
+
+    By so many implicit steps from sample to sample, if their number is given.
+    """
     period = 2.0 * math.pi / w
     end = math.ceil(_SETTLED / period) * period
-    scenario = unit_beam({"kind": "driven"}, method=method, modes=_MODES).replace(
+    implicit = {"solver__scheme": "generalized-alpha", "solver__rho_infinity": 1.0}
+    scenario = unit_beam({"kind": "driven"}, **shapes).replace(
+        **(implicit | {"solver__free_step": period / _PER_PERIOD / steps} if steps else {}),
         gravity=0.0,
         end_time=end,
         beam__kelvin_voigt=_DAMPING,
@@ -61,12 +66,26 @@ def transfer_function() -> Iterator[Measurement]:
     """Amplitude and phase of the tip below, near and above the first frequency, by reduced elements near it."""
     text = "exact: the Kelvin-Voigt Euler-Bernoulli beam with a complex stiffness"
     for method, w in (("modal", 2.0), ("modal", 3.4), ("modal", 6.0), ("fem", 3.4)):
-        exact, found = tip_response(w), _steady_tip(method, w)
+        exact, found = tip_response(w), _steady_tip(w, method=method, modes=_MODES)
         # what ten modes leave is of the size of the next one's static deflection, 1/beta^5
         label, name = f"of the tip at w = {w:g}, {_MODES} modes of {method}", f"{method}-{w:g}"
-        yield within(f"amplitude {label}", abs(found), abs(exact), "m/(m/s²)", 1e-6, text, name)
-        phases = float(np.angle(found)), float(np.angle(exact))
-        yield Measurement(f"phase {label}", *phases, "rad", 1e-6, text, f"phase-{name}")
+        yield from _against(found, exact, label, name, 1e-6, text)
+    exact = tip_response(3.4)
+    found = [_steady_tip(3.4, steps, method="fem", modes=0, elements=32) for steps in (4, 8)]
+    order = math.log2(abs(found[0] - exact) / abs(found[1] - exact))
+    label = "of the tip at w = 3.4, 32 elements in all nodes"
+    extrapolated = (4.0 * found[1] - found[0]) / 3.0
+    yield from _against(extrapolated, exact, f"{label}, extrapolated", "nodes-3.4", 1e-6, text)
+    yield Measurement(f"order over the step, {label}", order, 2.0, "1", 0.01, "implicit mid-point rule", "order")
+
+
+def _against(
+    found: complex, exact: complex, label: str, name: str, allowed: float, text: str
+) -> Iterator[Measurement]:
+    """Compare amplitude and phase."""
+    yield within(f"amplitude {label}", abs(found), abs(exact), "m/(m/s²)", allowed, text, name)
+    phases = float(np.angle(found)), float(np.angle(exact))
+    yield Measurement(f"phase {label}", *phases, "rad", allowed, text, f"phase-{name}")
 
 
 def _on_moving_root(o: BeamOperators, gravity: float, direction: float, full: bool) -> Energy:

@@ -7,8 +7,9 @@ from functools import cache
 from itertools import product
 
 import numpy as np
+from scipy.linalg import eigh
 
-from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
 from oblique_impact.validation.checks.plots import campbell_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
@@ -119,3 +120,39 @@ def _free_squares(frame: str, kinetics: str, eta: float = 5.0, modes: int = 8) -
     squares = np.linalg.eigvals(np.linalg.solve(work.mass, -0.5 * (slopes + slopes.T)))
     ordered = np.sort(squares.real)
     return ordered, float(EPS * ordered[-1])
+
+
+@check("A beam in all its nodes that is turned at a constant rate, by the forces that are marched.", seconds=0.5)
+def driven_nodes() -> Iterator[Measurement]:
+    """The worst of the chordwise frequencies of the clamped rows, of 64 elements."""
+    for item in _ITEMS:
+        root, radius, eta = _row(item)
+        if root == "c":
+            exact = np.array(VALUES[item]["chord"])
+            computed = np.sqrt(_driven_squares(radius, eta)[: exact.size])
+            allowed = _ACCURACY["fem"]["c"] * exact + 1e-9
+            k = int(np.argmax(np.abs(computed - exact) / allowed))
+            quantity = (
+                f"chordwise frequency {k + 1}, hub {radius:g} L, spin {eta:g}, {_ELEMENTS} elements in all nodes"
+            )
+            yield Measurement(
+                quantity, computed[k], exact[k], _UNIT, allowed[k], source(item), f"nodes-{item[2:]}"
+            )
+
+
+def _driven_squares(radius: float, eta: float) -> np.ndarray:
+    """Squares of the frequencies about a steady spin of a driven root, ascending, from differences of the forces."""
+    root = {"kind": "driven", "hub_radius": radius, "profile": "constant-speed", "spin_rate": eta}
+    scenario = unit_beam(root, method="fem", modes=0, elements=_ELEMENTS).replace(gravity=0.0)
+    beam = FullBeam(scenario, discretization("fem").build_nodal(scenario))
+    size, step, work = beam.size, 1e-4, beam.model.new_workspace()
+    slopes, mass = np.zeros((size, size)), np.zeros((size, size))
+    spin = eta * beam.operators.rigid
+    for k, unit in enumerate(np.eye(size)):
+        for sign in (1.0, -1.0):
+            beam.model.evaluate(0.0, sign * step * unit, spin, work)
+            slopes[:, k] += sign * work.forces / (2.0 * step)
+        beam.model.mass_product(0.0, work, unit, mass[:, k])
+    # 1/omega^2 loses least of the lowest frequencies to rounding; the first coordinate is prescribed
+    stiffness = -0.5 * (slopes + slopes.T)[1:, 1:]
+    return np.asarray(1.0 / eigh(mass[1:, 1:], stiffness, eigvals_only=True)[::-1])
