@@ -477,10 +477,10 @@ class FullBeam(Beam):
 
     @cached_property
     def _frame(self) -> Array:
-        """Vector a (n,) of the angle a.W of the frame: that of beam and hub as a whole, or the first coordinate."""
+        """Vector a (n,) of the frame's angle a.W: that of beam and hub as a whole, or the first coordinate."""
         if self.scenario.discretization.frame == "mean-axis":
-            return self.operators.coupling / self.operators.inertia
-        return np.eye(1, self.size)[0]
+            return np.asarray(self.operators.coupling / self.operators.inertia)
+        return np.asarray(np.eye(1, self.size)[0])
 
     def _nodal_places(self) -> NodalPlaces:
         """Places of contact as kernels read them."""

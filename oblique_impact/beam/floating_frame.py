@@ -301,7 +301,7 @@ def touch_beam(
 
 @inlined
 def take_prescribed(acceleration: float, on_side: bool, c: Candidate, rows: Array) -> None:
-    """Take the acceleration (rad/s^2) of the first coordinate, which is prescribed, from the rows to the biases."""
+    """Take the first coordinate, whose acceleration (rad/s^2) is prescribed, from the rows to the biases."""
     c.gap_bias += rows[0, 0] * acceleration
     c.slip_bias += rows[1, 0] * acceleration
     c.shift_bias = acceleration if on_side else 0.0

@@ -2,12 +2,12 @@
 
 W = x theta + B are the nodal deflections and slopes seen from the root's inertial axis turned to nothing: rigid
 rotation and elastic deflection in one vector.  x is the distance from the axis of rotation, with the slope 1.  The
-first coordinate is the slope of the root, which a hub of radius r moves across by r times it, W_0 = r W_1.  Of a
-driven root it is prescribed; if its clamp yields, the slope of the beam there is a coordinate of its own behind it.
+first coordinate is the slope of the root, which a hub of radius r moves across by r times it.  Of a driven root it
+is prescribed; if its clamp yields, the slope of the beam there is a coordinate of its own behind it.
 
 M, S = M x and J = x.S are those of beam and hub, whose inertia M has at the slope of the root.  W splits again by
-theta = a.W, B = W - x theta, with a.x = 1: a = S/J in the mean-axis frame, where S.B = 0, and in the tangent frame,
-and in that of a driven root, the first unit vector.  First-order kinetics reads
+theta = a.W, B = W - x theta, with a.x = 1: a = S/J in the mean-axis frame, where S.B = 0; in the tangent frame,
+which is that of a driven root too, it is the first unit vector.  First-order kinetics reads
 
     (M + kappa a a^T) W'' + Cd W' + K W = f + d_n lambda_n + d_tau lambda_tau,   kappa = B^T N B
     f = f_B + a (Q_theta - x.f_B),     f_B = theta'^2 N W - g (cos theta P - sin theta D B)
@@ -412,7 +412,7 @@ def _supplied_power(
 
 @jitable
 def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
-    """Forces of the beam's own damping, Cd W', into the row SCRATCH_A; their power (W).
+    """Put the forces of the beam's own damping, Cd W', into the row SCRATCH_A; their power (W).
 
     They act on what is left of W' without a rotation: of a root that is free to turn without that of beam and hub
     as a whole, whatever the frame, of a driven root without its own.

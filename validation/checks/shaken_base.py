@@ -71,10 +71,10 @@ def transfer_function() -> Iterator[Measurement]:
         label, name = f"of the tip at w = {w:g}, {_MODES} modes of {method}", f"{method}-{w:g}"
         yield from _against(found, exact, label, name, 1e-6, text)
     exact = tip_response(3.4)
-    found = [_steady_tip(3.4, steps, method="fem", modes=0, elements=32) for steps in (4, 8)]
-    order = math.log2(abs(found[0] - exact) / abs(found[1] - exact))
+    coarse, fine = (_steady_tip(3.4, steps, method="fem", modes=0, elements=32) for steps in (4, 8))
+    order = math.log2(abs(coarse - exact) / abs(fine - exact))
     label = "of the tip at w = 3.4, 32 elements in all nodes"
-    extrapolated = (4.0 * found[1] - found[0]) / 3.0
+    extrapolated = (4.0 * fine - coarse) / 3.0
     yield from _against(extrapolated, exact, f"{label}, extrapolated", "nodes-3.4", 1e-6, text)
     yield Measurement(f"order over the step, {label}", order, 2.0, "1", 0.01, "implicit mid-point rule", "order")
 

@@ -141,7 +141,7 @@ def driven_nodes() -> Iterator[Measurement]:
 
 
 def _driven_squares(radius: float, eta: float) -> np.ndarray:
-    """Squares of the frequencies about a steady spin of a driven root, ascending, from differences of the forces."""
+    """Squares of the frequencies about a steady spin of a driven root, ascending; by differences of the forces."""
     root = {"kind": "driven", "hub_radius": radius, "profile": "constant-speed", "spin_rate": eta}
     scenario = unit_beam(root, method="fem", modes=0, elements=_ELEMENTS).replace(gravity=0.0)
     beam = FullBeam(scenario, discretization("fem").build_nodal(scenario))
