@@ -170,7 +170,8 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
         values = values + np.outer(turns, arms)
     M = (values * points) @ values.T + hub * np.outer(turns, turns)
     K = (curvatures * w * (stiffnesses / stiffness)) @ curvatures.T + spring * np.outer(turns, turns)
-    square = np.min(eigvals(K, M).real)
+    # of the flexibility the largest eigenvalue is good to rounding, however soft the spring is
+    square = 1.0 / np.max(eigvals(M, K).real) if spring > 0.0 else np.min(eigvals(K, M).real)
     return float(np.sqrt(max(square, 0.0)) * np.sqrt(stiffness / mass) / length**2)
 
 

@@ -39,8 +39,8 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield from _of_axial_flexibility(s)
     if s.is_nodal:
         yield from _of_nodal_model(s)
-    if (s.root.stiffness > 0.0 or s.root.damping > 0.0) and s.is_nodal:
-        yield "root.stiffness", "not with the full nodal model; keep modes: discretization.modes >= 1"
+    for name in _yielding(s) if s.is_nodal else ():
+        yield f"root.{name}", "not with the full nodal model; keep modes: discretization.modes >= 1"
     if s.is_absolute:
         yield from _of_exact_beam(s)
     elif s.solver.scheme == "energy-consistent":
@@ -49,6 +49,11 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield from _of_time_stepping(s)
     yield from _of_discretization(s)
     yield from _of_solver(s)
+
+
+def _yielding(s: ScenarioModel) -> list[str]:
+    """Return the keys of a root that yields."""
+    return [name for name in ("stiffness", "damping") if getattr(s.root, name) > 0.0]
 
 
 def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
@@ -185,9 +190,8 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if getattr(s.beam, name) > 0.0:
             without = "has no frame or modes that would move without it"
             yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
-    for name in ("stiffness", "damping"):
-        if getattr(s.root, name) > 0.0:
-            yield f"root.{name}", "not with the beam in absolute coordinates"
+    for name in _yielding(s):
+        yield f"root.{name}", "not with the beam in absolute coordinates"
     if s.root.kind == "hub" and s.root.hub_radius > 0.0:
         words = f"{exact} turns with a hub of radius 0; a driven root may have a radius"
         yield "root.hub_radius", f'{words}; discretization.method = "fem" takes it'
