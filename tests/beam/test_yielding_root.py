@@ -47,7 +47,7 @@ STIFFNESSES = [1e-6, 1e-3, 0.3, 1.0, 30.0, 1e3, 1e6, 1e9]
 
 
 def closed_form(stiffness, count):
-    """Roots b of k (1 + cos b cosh b) + b (sin b cosh b - cos b sinh b) = 0, as a cubic where b is small."""
+    """Roots b of k (1 + cos b cosh b) = b (sin b cosh b - cos b sinh b), by power series where b is small."""
 
     def value(b):
         # sin b cosh b - cos b sinh b = 2 b^3/3 - 4 b^7/1260 + ...
