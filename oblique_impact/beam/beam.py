@@ -203,7 +203,7 @@ class Beam:
             ground=self._ground(),
         )
 
-    def _ground(self) -> floating_frame.Ground | None:
+    def _ground(self) -> floating_frame.GroundSpring | None:
         """Spring and dashpot between hub and ground; None if there is neither."""
         root, turn = self.scenario.root, np.append(1.0, self.operators.root_slope)
         if root.kind != "hub" or root.stiffness == root.damping == 0.0:
@@ -211,7 +211,7 @@ class Beam:
         share, damping = np.outer(turn, turn), np.zeros((turn.size, turn.size))
         if self._modes_on_spring is not None:
             damping = self._modes_on_spring.damping_matrix()
-        return floating_frame.Ground(
+        return floating_frame.GroundSpring(
             root.stiffness * share, root.damping * share + damping, self.scenario.initial.angle
         )
 

@@ -77,7 +77,7 @@ class Quadrature(NamedTuple):
     shortening: Array  # (nq, n, n) H(x)
 
 
-class Ground(NamedTuple):
+class GroundSpring(NamedTuple):
     """Spring and dashpot between a hub and the ground, in all coordinates [theta, B].
 
     The hub turns by theta + Phi'(0).B.  The damping matrix holds damping by mode too: on a spring the swing is a
@@ -99,7 +99,7 @@ class _BeamData(NamedTuple):
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
     shaking: Shaking | None = None  # of the base
     quadrature: Quadrature | None = None  # of exact kinetic energy alone
-    ground: Ground | None = None  # of a hub alone
+    ground: GroundSpring | None = None  # of a hub alone
 
 
 @inlined
@@ -146,7 +146,7 @@ def _apply_forces(model: BeamModel, t: float, theta: float, B: Array, Bd: Array,
 
 
 @jitable
-def _apply_ground(ground: Ground | None, q: Array, qd: Array, v: Array) -> float:
+def _apply_ground(ground: GroundSpring | None, q: Array, qd: Array, v: Array) -> float:
     """Add spring and dashpot of a hub; the power (W) of the dashpot.  The compiler drops this of one without."""
     if ground is None:
         return 0.0
@@ -474,7 +474,7 @@ def add_beam_tangent(
 
 
 @jitable
-def _add_ground(ground: Ground | None, velocity: float, position: float, target: Array) -> None:
+def _add_ground(ground: GroundSpring | None, velocity: float, position: float, target: Array) -> None:
     """Add velocity * damping matrix + position * stiffness matrix of spring and dashpot of a hub."""
     if ground is not None:
         for i in range(target.shape[0]):
@@ -491,7 +491,7 @@ def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) 
 
 
 @jitable
-def _ground_damping(ground: Ground | None, qd: Array, product: Array) -> float:
+def _ground_damping(ground: GroundSpring | None, qd: Array, product: Array) -> float:
     """Power (W) of the dashpot of a hub."""
     if ground is None:
         return 0.0

@@ -88,7 +88,7 @@ class BeamSection(InputSection):
         0.0, "mass-proportional damping: each elastic mode decays at half of it, the swing does not"
     )
     modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(
-        0.0, "damping ratio of each elastic mode of the beam on its pin, with its hub, or held"
+        0.0, "damping ratio of each elastic mode of the beam on its pin, with its hub, held, or on root.stiffness"
     )
     tip_mass: Annotated[NonNegative, Unit("kg")] = key(0.0, "point mass at x = length")
     outer_fibre: Annotated[Size, Unit("m")] = key(

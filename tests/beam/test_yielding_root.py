@@ -402,3 +402,39 @@ def test_the_modal_method_and_elements_give_the_same_operators():
         assert_allclose(getattr(mesh, name), getattr(exact, name), rtol=1e-4, atol=1e-4)
     # K is the bending of the beam alone
     assert_allclose(exact.stiffness - exact.K, 2.0 * np.outer(exact.root_slope, exact.root_slope), atol=1e-12)
+
+
+@pytest.mark.parametrize("root", [CLAMP, HUB])
+def test_a_run_cut_in_two_is_the_run_in_one_piece(root):
+    """The spring of a hub is unstrained at the angle of the scenario, wherever a run begins."""
+    scenario = paper(root, FREE, "initial.angle=0.3 end_time=0.04")
+    whole, first = simulate(scenario), simulate(scenario.replace(end_time=0.02))
+    second = simulate(scenario.replace(end_time=0.02), initial_state=first)
+    for name in ("q", "qd"):
+        size = np.abs(whole[name].values).max()
+        assert_allclose(second[name].values[-1], whole[name].values[-1], rtol=0.0, atol=1e-9 * size)
+    assert second.balance["initial"] == pytest.approx(first.balance["final"], abs=1e-12)
+    assert first.balance["lost_damping"] + second.balance["lost_damping"] == pytest.approx(
+        whole.balance["lost_damping"], rel=1e-8
+    )
+
+
+@pytest.mark.parametrize("root", [CLAMP, HUB])
+@pytest.mark.parametrize("scheme", ["event", "time-stepping"])
+def test_a_beam_on_its_clamp_strikes_pegs(root, scheme):
+    """Contact anywhere on elastic pegs: few modes with what they leave out press on them like many."""
+    pegs = "obstacles=[{kind='point',origin=[0.6,-0.01]},{kind='point',origin=[0.95,-0.02]}]"
+    stops = f"contact.where=anywhere slope.enabled=false {pegs} contact.normal=spring contact.stiffness=1e5"
+    keys = f"{root} {stops} contact.friction=frictionless initial.angle=0 gravity=40 end_time=0.05"
+    steps = "solver.free_step=1e-5 solver.contact_step=1e-5" if scheme == "time-stepping" else ""
+    few, many = (
+        simulate(
+            paper(keys, f"solver.scheme={scheme} {steps} beam.kelvin_voigt=1e-4 discretization.modes={modes}")
+        )
+        for modes in (4, 16)
+    )
+    peak = few["lambda_n"].values.max()
+    assert peak > 10.0
+    assert many["lambda_n"].values.max() == pytest.approx(peak, rel=0.02)
+    for history in (few, many):
+        assert abs(history.balance["unaccounted"]) < 1e-3 * history.balance["lost_damping"]
