@@ -96,10 +96,7 @@ class BeamOperators:
     @property
     def elastic_mass(self) -> Matrix:
         """M1 + J_h Phi'(0)^T Phi'(0) (n, n): mass of the elastic coordinates, with the hub's."""
-        slope = self.root_slope[None]
-        if issparse(self.M1):
-            slope = csr_array(slope)
-        return self.M1 + self.sections.hub_inertia * (slope.T @ slope)
+        return self.M1 + self.sections.hub_inertia * self._turn_squared
 
     @property
     def stiffness(self) -> Matrix:
@@ -108,7 +105,15 @@ class BeamOperators:
         The spring of a hub couples the elastic coordinates with its angle and is not in it.
         """
         clamp = self.sections.clamp_stiffness
-        return self.K + clamp * np.outer(self.root_slope, self.root_slope) if clamp > 0.0 else self.K
+        return self.K + clamp * self._turn_squared if clamp > 0.0 else self.K
+
+    @property
+    def _turn_squared(self) -> Matrix:
+        """Phi'(0)^T Phi'(0) (n, n)."""
+        slope = self.root_slope[None]
+        if issparse(self.M1):
+            slope = csr_array(slope)
+        return slope.T @ slope
 
     @property
     def coupling(self) -> Array:
