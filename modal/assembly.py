@@ -98,9 +98,8 @@ def spectrum(scenario: Scenario) -> SpinningBeam:
     if scenario.root.kind == "driven":
         return SpinningBeam.of(_integrate(scenario, _clamped(sections, count)), scenario)
     with_hub, stiffness = _with_hub(sections, count), scenario.root.stiffness
-    if (
-        stiffness > 0.0
-    ):  # its own eigenfunctions: on a soft spring the first one is hardly bent, seen from the root
+    if stiffness > 0.0:
+        # its own eigenfunctions: seen from the root the first one on a soft spring is lost in rounding
         o = _integrate(scenario, replace(with_hub, spring=_over_bending(sections, stiffness)))
         return SpinningBeam.at_rest(o.K + stiffness * np.outer(o.root_slope, o.root_slope), o.elastic_mass)
     return SpinningBeam.of(_integrate(scenario, _SeenFromRoot(**vars(with_hub))), scenario)
