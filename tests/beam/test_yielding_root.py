@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
@@ -12,6 +15,7 @@ from scipy.linalg import block_diag, eigh
 from scipy.optimize import brentq
 
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.floating_frame import DAMPING, ELASTIC_MASS, STIFFNESS
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
@@ -328,6 +332,28 @@ def test_a_spin_up_on_a_stiff_clamp_tends_to_that_on_a_rigid_one():
     assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.15)
 
 
+@dataclass(frozen=True)
+class Swing(BaseMotion):
+    """A drive of one's own, back and forth."""
+
+    amplitude: float = 0.1
+    rate: float = 30.0
+
+    @staticmethod
+    def turn(t, amplitude, rate):
+        w = amplitude * rate
+        return amplitude * (1.0 - math.cos(rate * t)), w * math.sin(rate * t), w * rate * math.cos(rate * t)
+
+
+def test_a_drive_of_ones_own_works_through_its_clamp():
+    """The dashpot takes what the drive supplies; the frame is where the drive is."""
+    history = simulate(paper(CLAMP, FREE, "end_time=0.3"), base_motion=Swing())
+    assert abs(history.balance["unaccounted"]) < 1e-10 * history.balance["supplied"]
+    assert history.balance["lost_damping"] > 0.05 * history.balance["supplied"] > 0.0
+    angle = math.pi / 4 + 0.1 * (1.0 - np.cos(30.0 * history["time"].values))
+    assert_allclose(history["theta"].values, angle, atol=1e-8)
+
+
 def regular(history):
     """Coordinates at multiples of 1 ms: fixed steps take samples beside them."""
     times, rows = np.unique(history["time"].values, return_index=True)
@@ -336,9 +362,9 @@ def regular(history):
 
 
 SCHEMES = {
-    "fixed-step": ("solver.free_step=1e-5 solver.contact_step=1e-5", 1e-4),
-    "generalized-alpha": ("solver.free_step=2e-5 solver.contact_step=2e-5", 1e-3),
-    "time-stepping": ("solver.free_step=2e-5 solver.contact_step=2e-5", 1e-3),
+    "fixed-step": ("solver.free_step=1e-5 solver.contact_step=1e-5", 3e-5),
+    "generalized-alpha": ("solver.free_step=2e-5 solver.contact_step=2e-5", 3e-4),
+    "time-stepping": ("solver.free_step=2e-5 solver.contact_step=2e-5", 3e-4),
 }
 
 
@@ -354,7 +380,7 @@ def test_each_scheme_agrees_with_the_event_scheme(scheme, root):
     assert len(event.contacts) >= 1
     found, expected = (regular(history) for history in (other, event))
     assert_allclose(found, expected, rtol=0.0, atol=bound * np.abs(expected).max())
-    for history, part in ((event, 1e-10), (other, 2e-3)):
+    for history, part in ((event, 1e-10), (other, 1e-4)):
         energy = history.summary["energy"]
         assert abs(energy["unaccounted"]) < part * max(energy["elastic"], energy["lost_damping"])
         assert energy["lost_damping"] > 0.0
