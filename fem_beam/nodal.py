@@ -104,6 +104,12 @@ class NodalBeam:
         n = self.basis.N
         return self.M1 + csr_array(([self.sections.hub_inertia], ([1], [1])), shape=(n, n))
 
+    @property
+    def stiffness(self) -> csr_array:
+        """K with the spring of a clamp that yields at the slope of the root."""
+        n = self.basis.N
+        return self.K + csr_array(([self.sections.clamp_stiffness], ([1], [1])), shape=(n, n))
+
     @cached_property
     def K(self) -> csr_array:
         """Bending stiffness, int E I Phi''^T Phi''."""

@@ -38,19 +38,24 @@ def build_operators(scenario: Scenario) -> BeamOperators:
     """
     nodal = NodalBeam.from_scenario(scenario)
     d = scenario.discretization
-    root = "clamped" if d.frame == "tangent" else "hinged"
-    modes = eigenmodes(nodal, root, d.modes or None)
+    modes = eigenmodes(nodal, _root_of(nodal) if d.frame == "tangent" else "hinged", d.modes or None)
     return project(nodal, modes)
+
+
+def _root_of(nodal: NodalBeam) -> str:
+    """How the root is held: "clamped", or "yielding" by the spring of its clamp."""
+    return "yielding" if nodal.sections.clamp_stiffness > 0.0 else "clamped"
 
 
 def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     """Elastic eigenvectors, shape (2 nodes, count), in ascending order of frequency; all if count is None.
 
-    "hinged" ones turn with the hub, if there is one.  Their modal mass, with the hub's, is the mass of the beam:
-    those of a uniform one are scaled like the eigenfunctions of ``modal``; the tip is positive.  A few modes of a
-    large mesh take a shift-invert Lanczos method, all others the decomposition of dense matrices.
+    "hinged" ones turn with the hub, if there is one, "yielding" ones on the spring of the clamp.  The modal mass,
+    with the hub's, is the mass of the beam: those of a uniform one are scaled like the eigenfunctions of
+    ``modal``; the tip is positive.  A few modes of a large mesh take a shift-invert Lanczos method, all others the
+    decomposition of dense matrices.
     """
-    free = nodal.free_dofs(root)
+    free = nodal.free_dofs("clamped" if root == "clamped" else "hinged")
     rigid = 1 if root == "hinged" else 0  # the rigid rotation has frequency 0
     few = count is not None and free.size > _LARGE and count + rigid <= free.size // 4
     shapes = _lowest(nodal, free, count + rigid) if few and count is not None else _all(nodal, free)
@@ -64,7 +69,10 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
 def _all(nodal: NodalBeam, free: Indices) -> Array:
     """Eigenvectors (n, n), ascending, from the square root of the stiffness."""
     mass = nodal.mass_with_hub.toarray()[np.ix_(free, free)]
-    return eigenvectors(nodal.curvature_factor().toarray()[:, free], mass)
+    factor, clamp = nodal.curvature_factor().toarray(), nodal.sections.clamp_stiffness
+    if clamp > 0.0:
+        factor = np.vstack([factor, np.sqrt(clamp) * np.eye(1, nodal.basis.N, 1)])
+    return eigenvectors(factor[:, free], mass)
 
 
 def _lowest(nodal: NodalBeam, free: Indices, count: int) -> Array:
@@ -76,7 +84,7 @@ def _lowest(nodal: NodalBeam, free: Indices, count: int) -> Array:
     sections = nodal.sections
     middle = np.array([0.5 * sections.length])
     shift = -float(sections.bending_stiffness(middle)[0]) / (sections.mass * sections.length**3)
-    K, mass = (csc_array(matrix[free][:, free]) for matrix in (nodal.K, nodal.mass_with_hub))
+    K, mass = (csc_array(matrix[free][:, free]) for matrix in (nodal.stiffness, nodal.mass_with_hub))
     start = np.ones(free.size)  # not at random: the same beam gives the same modes
     squares, vectors = eigsh(K, count, mass, sigma=shift, which="LM", v0=start, tol=0.0)
     return np.asarray(vectors[:, np.argsort(squares)])
@@ -128,9 +136,9 @@ def _station_table(nodal: NodalBeam, V: Array | csr_array) -> StationTable:
 
 
 def spectrum(scenario: Scenario) -> SpinningBeam:
-    """Operators of the mesh for the frequencies of the spinning beam, in all its clamped modes."""
+    """Operators of the mesh for the frequencies of the spinning beam, in all its modes seen from the root."""
     nodal = NodalBeam.from_scenario(scenario)
-    return SpinningBeam.of(project(nodal, eigenmodes(nodal, "clamped", None)), scenario)
+    return SpinningBeam.of(project(nodal, eigenmodes(nodal, _root_of(nodal), None)), scenario)
 
 
 # --- without reduction
@@ -139,7 +147,8 @@ def spectrum(scenario: Scenario) -> SpinningBeam:
 def build_nodal(scenario: Scenario) -> BeamOperators:
     """Discretize the beam of `scenario` by Hermite elements; nothing is reduced.
 
-    The first degree of freedom is the slope of the root, which a hub of radius r moves across by r times it.
+    The first degree of freedom is the slope of the root, which a hub of radius r moves across by r times it.  Of a
+    clamp that yields it is that of the drive alone, and the slope of the root follows as the second one.
 
     With `contact.point_inertia = "none"` the deflection of the contact point, the beam's end, follows the other
     degrees of freedom statically, without inertia of its own; translations and rotations, so mass, static moment
@@ -147,18 +156,13 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
     inertia, see :func:`without_nodal_inertia`.
     """
     nodal, radius, left_out = NodalBeam.from_scenario(scenario), scenario.root.hub_radius, 0.0
-    free = nodal.free_dofs("hinged")
-    kept = csr_array(eye_array(nodal.basis.N))[:, free]
-    rigid = nodal.rigid_rotation[free]
-    if radius > 0.0:
-        kept = csr_array(kept + csr_array(([radius], ([0], [0])), shape=kept.shape))
-        rigid[1::2] += radius
+    kept, rigid = _total_coordinates(nodal, radius)
     K = csr_array(kept.T @ nodal.K @ kept)
     massless = scenario.contact.point_inertia == "none"
     anywhere = scenario.contact.where == "anywhere" or scenario.solver.scheme == "time-stepping"
     if massless and not anywhere:
-        static, left_out = _without_inertia(K, free.size - 2)
-        others = np.delete(np.arange(free.size), free.size - 2)
+        static, left_out = _without_inertia(K, rigid.size - 2)
+        others = np.delete(np.arange(rigid.size), rigid.size - 2)
         kept, K, rigid = csr_array(kept @ static), csr_array(static.T @ (K @ static)), rigid[others]
     operators = project(nodal, kept)
     if massless and anywhere:
@@ -179,6 +183,20 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
         largest_element=float(np.max(np.diff(nodal.nodes))),
         along=ShapeFunctions(lambda x, order: (nodal.evaluate(x)[order] @ kept).toarray(), nodal.nodes, degree=3),
     )
+
+
+def _total_coordinates(nodal: NodalBeam, radius: float) -> tuple[csr_array, Array]:
+    """Return the nodal values by the coordinates W, (2 nodes, n), and those of a rigid rotation, (n,)."""
+    values = csr_array(eye_array(nodal.basis.N))
+    rigid = nodal.rigid_rotation.copy()
+    rigid[0::2] += radius
+    if nodal.sections.clamp_stiffness > 0.0:
+        kept, rigid[0] = values.tolil(), 1.0
+        kept[0, 0] = radius
+        return csr_array(kept), rigid
+    kept = values[:, nodal.free_dofs("hinged")].tolil()
+    kept[0, 0] = radius
+    return csr_array(kept), rigid[1:]
 
 
 def without_nodal_inertia(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from oblique_impact.beam.axis import ShapeFunctions
@@ -24,12 +26,12 @@ _ROUNDING = 1e-17
 def build_operators(scenario: Scenario) -> BeamOperators:
     """Discretize the uniform beam of `scenario` with `discretization.modes` eigenfunctions.
 
-    Tangent frame: clamped-free functions; mean-axis frame: those of the beam on its pin or with its hub, without
-    the rigid one.  Every integral is exact to rounding.
+    Tangent frame: clamped-free functions, or those of the beam on the spring of its clamp; mean-axis frame: those
+    of the beam on its pin or with its hub, without the rigid one.  Every integral is exact to rounding.
     """
     sections, count = Sections.from_scenario(scenario), scenario.discretization.modes
     if scenario.discretization.frame == "tangent":
-        shapes = Eigenfunctions("clamped-free", count, sections.length)
+        shapes = _clamped(sections, count)
     elif sections.hub_inertia == 0.0:
         shapes = Eigenfunctions("hinged-free", count, sections.length)
     else:
@@ -92,12 +94,29 @@ def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
 
 def spectrum(scenario: Scenario) -> SpinningBeam:
     """Operators for the frequencies of the spinning beam, in a basis rich enough to be exact."""
-    count = max(_SPECTRUM_MODES, scenario.discretization.modes + 16)
+    sections, count = Sections.from_scenario(scenario), max(_SPECTRUM_MODES, scenario.discretization.modes + 16)
     if scenario.root.kind == "driven":
-        shapes = Eigenfunctions("clamped-free", count, scenario.beam.length)
-    else:
-        shapes = _SeenFromRoot(**vars(_with_hub(Sections.from_scenario(scenario), count)))
-    return SpinningBeam.of(_integrate(scenario, shapes), scenario)
+        return SpinningBeam.of(_integrate(scenario, _clamped(sections, count)), scenario)
+    with_hub, stiffness = _with_hub(sections, count), scenario.root.stiffness
+    if stiffness > 0.0:
+        # its own eigenfunctions: seen from the root the first one on a soft spring is lost in rounding
+        o = _integrate(scenario, replace(with_hub, spring=_over_bending(sections, stiffness)))
+        return SpinningBeam.at_rest(o.K + stiffness * np.outer(o.root_slope, o.root_slope), o.elastic_mass)
+    return SpinningBeam.of(_integrate(scenario, _SeenFromRoot(**vars(with_hub))), scenario)
+
+
+def _over_bending(sections: Sections, stiffness: float) -> float:
+    """Return the stiffness of a spring at the root over E I/L."""
+    return stiffness * sections.length / float(sections.bending_stiffness(0.0))
+
+
+def _clamped(sections: Sections, count: int) -> Eigenfunctions:
+    """First eigenfunctions of the uniform beam on its clamp, rigid or with a spring."""
+    if sections.clamp_stiffness == 0.0:
+        return Eigenfunctions("clamped-free", count, sections.length)
+    return Eigenfunctions(
+        "hub-free", count, sections.length, spring=_over_bending(sections, sections.clamp_stiffness)
+    )
 
 
 def _with_hub(sections: Sections, count: int) -> Eigenfunctions:

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
 
 from oblique_impact.beam import floating_frame, nodal_frame
 from oblique_impact.beam.axis import Places, ShapeFunctions, place_record
@@ -84,7 +84,8 @@ class ElasticModes(NamedTuple):
 
     A root that is free to turn does so in these modes, by theta = -c.B/J with coupling c and inertia J of beam and
     hub: in the mass [J, c; c^T, M_B] they are orthogonal to the swing, which is theta alone.  Their mass is then
-    M_B - c c^T/J in the rows of B and nothing in that of theta, in any frame: the swing is not damped.
+    M_B - c c^T/J in the rows of B and nothing in that of theta, in any frame: the swing is not damped.  On a
+    spring to the ground it is, by mode, see `Beam._modes_on_spring`.
     """
 
     mass: Array  # (n, n) kg
@@ -98,9 +99,23 @@ class ElasticModes(NamedTuple):
         mass = o.elastic_mass
         if scenario.root.kind != "driven":
             mass = mass - np.outer(o.coupling, o.coupling) / o.inertia
-        squares, modes = eigh(o.K, mass)
-        frequencies = np.sqrt(np.maximum(squares, 0.0))
-        return cls(mass, modes, beam.mass_proportional + 2.0 * beam.modal_damping_ratio * frequencies)
+        squares, modes = eigh(o.stiffness, mass)
+        ratio = 0.0 if _is_on_spring(scenario) else beam.modal_damping_ratio
+        return cls(mass, modes, beam.mass_proportional + 2.0 * ratio * np.sqrt(np.maximum(squares, 0.0)))
+
+    def damping_matrix(self) -> Array:
+        """Return the matrix (n, n) of this damping."""
+        share = self.mass @ self.modes
+        return np.asarray((share * self.rates) @ share.T)
+
+    def slowed(self, velocities: Array) -> Array:
+        """Return the rates (n, samples) by which this damping slows velocities (n, samples)."""
+        return np.asarray((self.modes * self.rates) @ (self.modes.T @ (self.mass @ velocities)))
+
+
+def _is_on_spring(s: Scenario) -> bool:
+    """Whether a hub is on a spring to the ground."""
+    return s.root.kind == "hub" and s.root.stiffness > 0.0
 
 
 class Beam:
@@ -156,7 +171,7 @@ class Beam:
         matrices = {
             frame.ELASTIC_MASS: o.elastic_mass,
             frame.SPIN_STIFFNESS: o.M1 - kept * o.C,
-            frame.STIFFNESS: o.K,
+            frame.STIFFNESS: o.stiffness,
             frame.DAMPING: self._damping_matrix(),
             frame.GRAVITY_STIFFNESS: kept * o.D,
             frame.MASS_INVERSE: 0.5 * (inverse + inverse.T),
@@ -185,6 +200,19 @@ class Beam:
             drive=self.motion.drive,
             shaking=self.shaking,
             quadrature=self._quadrature() if full else None,
+            ground=self._ground(),
+        )
+
+    def _ground(self) -> floating_frame.GroundSpring | None:
+        """Spring and dashpot between hub and ground; None if there is neither."""
+        root, turn = self.scenario.root, np.append(1.0, self.operators.root_slope)
+        if root.kind != "hub" or root.stiffness == root.damping == 0.0:
+            return None
+        share, damping = np.outer(turn, turn), np.zeros((turn.size, turn.size))
+        if self._modes_on_spring is not None:
+            damping = self._modes_on_spring.damping_matrix()
+        return floating_frame.GroundSpring(
+            root.stiffness * share, root.damping * share + damping, self.scenario.initial.angle
         )
 
     def _quadrature(self) -> floating_frame.Quadrature:
@@ -252,18 +280,39 @@ class Beam:
 
     def _damping_matrix(self) -> Array:
         """Damping matrix (n, n) of B: Kelvin-Voigt, by mass and by mode."""
-        beam, matrix = self.scenario.beam, self.scenario.beam.kelvin_voigt * self.operators.K
+        beam, o, root = self.scenario.beam, self.operators, self.scenario.root
+        matrix = beam.kelvin_voigt * o.K
+        if root.kind == "driven" and root.damping > 0.0:  # the dashpot of the clamp
+            matrix = matrix + root.damping * np.outer(o.root_slope, o.root_slope)
         if beam.mass_proportional > 0.0 or beam.modal_damping_ratio > 0.0:
-            share = self._elastic_modes.mass @ self._elastic_modes.modes
-            matrix = matrix + (share * self._elastic_modes.rates) @ share.T
+            matrix = matrix + self._elastic_modes.damping_matrix()
         return np.ascontiguousarray(matrix)
 
+    @cached_property
+    def _modes_on_spring(self) -> ElasticModes | None:
+        """Modes of a hub on a spring with its beam, in [theta, B], damped by mode; None where there are none."""
+        s, o = self.scenario, self.operators
+        if not (_is_on_spring(s) and s.beam.modal_damping_ratio > 0.0):
+            return None
+        turn = np.append(1.0, o.root_slope)
+        mass = np.block([[np.array([[o.inertia]]), o.coupling[None]], [o.coupling[:, None], o.elastic_mass]])
+        squares, modes = eigh(block_diag(0.0, o.K) + s.root.stiffness * np.outer(turn, turn), mass)
+        return ElasticModes(mass, modes, 2.0 * s.beam.modal_damping_ratio * np.sqrt(np.maximum(squares, 0.0)))
+
+    def slowed_on_spring(self, spin: Array, Bd: Array) -> Array | None:
+        """Rates of [theta', B'] (n + 1, samples) by which damping by mode slows a hub on a spring, or None."""
+        if self._modes_on_spring is None:
+            return None
+        return self._modes_on_spring.slowed(np.concatenate([spin[None], Bd]))
+
     def slowed(self, Bd: Array) -> Array | None:
-        """Rates of B' (n, samples) by which damping by mass and by mode slows elastic modes; None without it."""
+        """Rates of B' (n, samples) by which damping by mass and by mode slows elastic modes; None without it.
+
+        Without that by mode of a hub on a spring, see `slowed_on_spring`.
+        """
         beam = self.scenario.beam
-        if beam.modal_damping_ratio > 0.0:
-            mass, modes, rates = self._elastic_modes
-            return np.asarray((modes * rates) @ (modes.T @ (mass @ Bd)))
+        if beam.modal_damping_ratio > 0.0 and not _is_on_spring(self.scenario):
+            return self._elastic_modes.slowed(Bd)
         return beam.mass_proportional * Bd if beam.mass_proportional > 0.0 else None
 
     def _places(self) -> Places:
@@ -380,7 +429,11 @@ class Beam:
             inertia = o.J + _quadratic(B, o.M1 - kept * o.C)
             kinetic = 0.5 * inertia * spin**2 + spin * (Bd @ o.S) + 0.5 * _quadratic(Bd, o.M1)
         hub = 0.5 * self.hub_inertia * (spin + Bd @ o.root_slope) ** 2
-        return Energies(kinetic + hub, 0.5 * _quadratic(B, o.K), self.scenario.gravity * height)
+        elastic = 0.5 * _quadratic(B, o.stiffness)
+        if _is_on_spring(self.scenario):
+            turned = theta + B @ o.root_slope - self.scenario.initial.angle
+            elastic += 0.5 * self.scenario.root.stiffness * turned**2
+        return Energies(kinetic + hub, elastic, self.scenario.gravity * height)
 
     def _full_kinetic(self, q: Array, qd: Array) -> Array:
         slopes = self.operators.stations.quadrature.slopes
@@ -457,6 +510,9 @@ class FullBeam(Beam):
             "kelvin_voigt": s.beam.kelvin_voigt,
             "mass_proportional": s.beam.mass_proportional,
             "hub_radius": s.root.hub_radius,
+            "root_stiffness": s.root.stiffness,
+            "root_damping": s.root.damping,
+            "rest_angle": s.initial.angle,
             **(asdict(self.motion) if isinstance(self.motion, SpinUp) else {}),
         }
         return NodalModel(
@@ -473,7 +529,7 @@ class FullBeam(Beam):
     @property
     def _yields(self) -> bool:
         """Whether the slope of the root is a coordinate of its own, behind the angle of a driven root."""
-        return False
+        return self.operators.sections.clamp_stiffness > 0.0
 
     @cached_property
     def _frame(self) -> Array:

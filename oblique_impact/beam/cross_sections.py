@@ -59,7 +59,7 @@ class ShapedProfile(Profile):
 
 @dataclass(frozen=True)
 class Sections:
-    """Cross-sections, material, tip mass and hub of a beam, in SI units.
+    """Cross-sections, material, tip mass, hub and clamp of a beam, in SI units.
 
     With the mass per length m(x) = rho A(x), the tip mass M_t at x = length L and r = hub_radius, swapping
     the order of integration in C and D (theory, Sec. 1) leaves the weights
@@ -81,6 +81,7 @@ class Sections:
     outer_fibre: Profile | None = None  # m, None: circular sections of the given area
     degree: int = 1  # of E I in x between two kinks
     hub_inertia: float = 0.0  # kg m^2, of a hub that turns freely
+    clamp_stiffness: float = 0.0  # N m/rad, of a clamp that yields between a drive and the root; 0: it is rigid
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Sections:
@@ -191,6 +192,7 @@ def _sections_of(beam: BeamSection, root: RootSection) -> Sections:
         profile("outer_fibre") if beam.outer_fibre else None,
         DEGREE if varies else 1,
         root.inertia if root.kind == "hub" else 0.0,
+        root.stiffness if root.kind == "driven" else 0.0,
     )
 
 

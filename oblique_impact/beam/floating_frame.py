@@ -77,6 +77,18 @@ class Quadrature(NamedTuple):
     shortening: Array  # (nq, n, n) H(x)
 
 
+class GroundSpring(NamedTuple):
+    """Spring and dashpot between a hub and the ground, in all coordinates [theta, B].
+
+    The hub turns by theta + Phi'(0).B.  The damping matrix holds damping by mode too: on a spring the swing is a
+    mode like the others.
+    """
+
+    stiffness: Array  # (n + 1, n + 1)
+    damping: Array  # (n + 1, n + 1)
+    angle: float  # rad, at which the spring is unstrained
+
+
 class _BeamData(NamedTuple):
     """A discretized beam with root, gravity, damping and places of contact; constant during a run."""
 
@@ -87,6 +99,7 @@ class _BeamData(NamedTuple):
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
     shaking: Shaking | None = None  # of the base
     quadrature: Quadrature | None = None  # of exact kinetic energy alone
+    ground: GroundSpring | None = None  # of a hub alone
 
 
 @inlined
@@ -130,6 +143,22 @@ def _apply_forces(model: BeamModel, t: float, theta: float, B: Array, Bd: Array,
         weight = g * (c * model.vectors[LOAD, i] - s * heavy[i + 1])
         forces[i + 1] += numbers.torque * model.vectors[ROOT_SLOPE, i] - weight - (stiff[i + 1] + damped[i + 1])
     return _contract(damped, Bd)
+
+
+@jitable
+def _apply_ground(ground: GroundSpring | None, q: Array, qd: Array, v: Array) -> float:
+    """Add spring and dashpot of a hub; the power (W) of the dashpot.  The compiler drops this of one without."""
+    if ground is None:
+        return 0.0
+    forces, power = v[FORCES], 0.0
+    for i in range(q.shape[0]):
+        spring, drag = -ground.stiffness[i, 0] * ground.angle, 0.0
+        for j in range(q.shape[0]):
+            spring += ground.stiffness[i, j] * q[j]
+            drag += ground.damping[i, j] * qd[j]
+        forces[i] -= spring + drag
+        power += drag * qd[i]
+    return power
 
 
 @jitable
@@ -387,7 +416,7 @@ def evaluate_full_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Works
 def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Add what does not depend on the order of the kinetic energy."""
     v, numbers = w.vectors, model.numbers
-    damping = _apply_forces(model, t, q[0], q[1:], qd[1:], w)
+    damping = _apply_forces(model, t, q[0], q[1:], qd[1:], w) + _apply_ground(model.ground, q, qd, v)
     supplied = _shaking_power(model.shaking, model, t, q, qd, v)
     if numbers.root == HUB:
         supplied += numbers.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
@@ -446,6 +475,16 @@ def add_beam_tangent(
         for j in range(n):
             damping, stiffness = model.matrices[DAMPING, i, j], model.matrices[STIFFNESS, i, j]
             target[i + 1, j + 1] += velocity * damping + position * stiffness
+    _add_ground(model.ground, velocity, position, target)
+
+
+@jitable
+def _add_ground(ground: GroundSpring | None, velocity: float, position: float, target: Array) -> None:
+    """Add velocity * damping matrix + position * stiffness matrix of spring and dashpot of a hub."""
+    if ground is not None:
+        for i in range(target.shape[0]):
+            for j in range(target.shape[1]):
+                target[i, j] += velocity * ground.damping[i, j] + position * ground.stiffness[i, j]
 
 
 @jitable
@@ -453,7 +492,16 @@ def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) 
     """Power (W) of the damping matrix at the velocities q'."""
     rates, product = qd[1:], w.vectors[SCRATCH_B, 1:]
     multiply(model.matrices[DAMPING], rates, product)
-    return float(dot(product, rates))
+    return float(dot(product, rates)) + _ground_damping(model.ground, qd, w.vectors[SCRATCH_B])
+
+
+@jitable
+def _ground_damping(ground: GroundSpring | None, qd: Array, product: Array) -> float:
+    """Power (W) of the dashpot of a hub."""
+    if ground is None:
+        return 0.0
+    multiply(ground.damping, qd, product)
+    return float(dot(product, qd))
 
 
 class BeamModel(_BeamData, DenseAlgebra):

@@ -79,11 +79,12 @@ def natural_frequencies(
     Parameters
     ----------
     scenario : Scenario
-        Its root decides: a pin gives the hinged beam, a driven root the clamped one at its radius, a hub the beam
-        with its hub of that inertia and radius, which is free to turn.  The joint is the same in both directions:
-        flapwise a pin is a ball joint, and a hub tilts with its inertia, like an arm along the beam, so that one
-        without inertia is a pin and a very heavy one is held.  A hub on an axle that it cannot tilt vibrates
-        flapwise like a driven root.
+        Its root decides: a pin gives the hinged beam, a driven root the clamped one at its radius, or one on the
+        spring of its clamp, a hub the beam with its hub of that inertia and radius, which is free to turn.  The
+        joint is the same in both directions: flapwise a pin is a ball joint, and a hub tilts with its inertia,
+        like an arm along the beam, so that one without inertia is a pin and a very heavy one is held.  A hub on an
+        axle that it cannot tilt vibrates flapwise like a driven root.  A hub on a spring to the ground does not
+        spin.
     speeds : sequence of float
         Spin rates (rad/s).
     count : int, optional
@@ -98,7 +99,7 @@ def natural_frequencies(
     Raises
     ------
     InputError
-        For speeds that are not finite numbers, a count out of range, or what is no scenario.
+        For speeds that are not finite numbers, or not 0 of a hub on a spring; a count out of range; no scenario.
 
     Examples
     --------
@@ -113,6 +114,9 @@ def natural_frequencies(
     if not rates or not all(abs(rate) <= MAX_SPEED for rate in rates):
         shown = ",".join(f"{rate:g}" for rate in rates) or "()"
         raise InputError(f"--speeds {shown}: should be finite numbers in rad/s, at most {MAX_SPEED:g}")
+    if scenario.root.kind == "hub" and scenario.root.stiffness > 0.0 and any(rates):
+        shown = ",".join(f"{rate:g}" for rate in rates)
+        raise InputError(f"--speeds {shown}: should be 0: a hub on a spring, root.stiffness, does not spin")
     wanted = max(4, scenario.discretization.modes) if count is None else count
     if not 1 <= wanted <= MAX_COUNT:
         raise InputError(f"--count {wanted}: should be from 1 to {MAX_COUNT}")
@@ -126,11 +130,12 @@ def natural_frequencies(
 
 @lru_cache(maxsize=8)  # a run asks three times
 def lowest_elastic_frequency(scenario: Scenario) -> float:
-    """Return the lowest angular frequency (rad/s) of bending of the beam at rest, free of contact.
+    """Return the lowest angular frequency (rad/s) of the elastic beam at rest, free of contact.
 
-    On a pin, with its hub, or clamped, as in :func:`natural_frequencies`.  By Rayleigh and Ritz with ten
-    polynomials, whatever the discretization: to 1e-9 for a uniform beam, to about a hundredth for sections that
-    change abruptly.  0 if mass or stiffness is out of the range of floating-point numbers.
+    On a pin, with its hub, or clamped, as in :func:`natural_frequencies`, on the spring of hub or clamp.  By
+    Rayleigh and Ritz with ten polynomials, whatever the discretization: to 1e-9 for a uniform beam, to about a
+    hundredth for sections that change abruptly.  0 if mass or stiffness is out of the range of floating-point
+    numbers.
     """
     sections = Sections.from_scenario(scenario)
     length = sections.length
@@ -154,12 +159,19 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
     curvatures = 4.0 * legendre.legval(2.0 * x - 1.0, legendre.legder(shapes, 2))
     turns = np.zeros(_SHAPES)
     hub = sections.hub_inertia / (mass * length**3) if sections.hub_inertia > 0.0 else 0.0
-    if scenario.root.kind != "driven":  # each takes so much of the rigid rotation that it has no angular momentum
+    spring = scenario.root.stiffness * length / stiffness
+    if spring > 0.0:  # the root turns against it: a hub about its axis, a section at a drive about the root
+        turned = arms if scenario.root.kind == "hub" else np.append(x, 1.0)
+        values = np.concatenate([turned[None], values])
+        curvatures, turns = np.concatenate([np.zeros((1, x.size)), curvatures]), np.eye(_SHAPES + 1)[0]
+    elif scenario.root.kind != "driven":
+        # each takes so much of the rigid rotation that it has no angular momentum
         turns = -(values * points) @ arms / (points @ arms**2 + hub)
         values = values + np.outer(turns, arms)
     M = (values * points) @ values.T + hub * np.outer(turns, turns)
-    K = (curvatures * w * (stiffnesses / stiffness)) @ curvatures.T
-    square = np.min(eigvals(K, M).real)
+    K = (curvatures * w * (stiffnesses / stiffness)) @ curvatures.T + spring * np.outer(turns, turns)
+    # of the flexibility the largest eigenvalue is good to rounding, however soft the spring is
+    square = 1.0 / np.max(eigvals(M, K).real) if spring > 0.0 else np.min(eigvals(K, M).real)
     return float(np.sqrt(max(square, 0.0)) * np.sqrt(stiffness / mass) / length**2)
 
 

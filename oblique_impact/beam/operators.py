@@ -11,7 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, eigh, solve_triangular, svd
+from scipy.linalg import block_diag, cholesky, eigh, solve_triangular, svd
 from scipy.sparse import csr_array, issparse
 
 from oblique_impact.beam.axis import ShapeFunctions
@@ -19,6 +19,9 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.kernels.workspace import own_numbers
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import ContactSection
+
+#: a first square of a frequency below this part of the second is looked for alone
+_FAR = 1e-4
 
 Array = NDArray[np.float64]
 #: a matrix of operators, (n, n) or (points, n): dense, or a `csr_array` of a nodal model
@@ -54,7 +57,7 @@ class BeamOperators:
 
     n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m(x) the
     mass per length, in which a tip mass is a point mass at x = length (theory: Sec. 1 of the documentation;
-    H(x) = int_0^x Phi'^T Phi' dxi), all of the beam alone, without its hub:
+    H(x) = int_0^x Phi'^T Phi' dxi), all of the beam alone, without its hub and without the spring of a clamp:
 
         M1 = int m Phi^T Phi        K = int E I Phi''^T Phi''
         C  = int m (r + x) H        D = int m H
@@ -93,10 +96,24 @@ class BeamOperators:
     @property
     def elastic_mass(self) -> Matrix:
         """M1 + J_h Phi'(0)^T Phi'(0) (n, n): mass of the elastic coordinates, with the hub's."""
+        return self.M1 + self.sections.hub_inertia * self._turn_squared
+
+    @property
+    def stiffness(self) -> Matrix:
+        """K + k Phi'(0)^T Phi'(0) (n, n): bending, with the spring of a clamp that yields at a driven root.
+
+        The spring of a hub couples the elastic coordinates with its angle and is not in it.
+        """
+        clamp = self.sections.clamp_stiffness
+        return self.K + clamp * self._turn_squared if clamp > 0.0 else self.K
+
+    @property
+    def _turn_squared(self) -> Matrix:
+        """Phi'(0)^T Phi'(0) (n, n)."""
         slope = self.root_slope[None]
         if issparse(self.M1):
             slope = csr_array(slope)
-        return self.M1 + self.sections.hub_inertia * (slope.T @ slope)
+        return slope.T @ slope
 
     @property
     def coupling(self) -> Array:
@@ -123,7 +140,7 @@ class BeamOperators:
         if issparse(self.K):
             factor, mass = self.curvature_factor.toarray(), self.elastic_mass.toarray()
             return np.asarray(np.linalg.norm(factor @ eigenvectors(factor, mass), axis=0))
-        squares = eigh(self.K, self.elastic_mass, lower=False, eigvals_only=True)
+        squares = eigh(self.stiffness, self.elastic_mass, lower=False, eigvals_only=True)
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
@@ -141,7 +158,7 @@ def eigenvectors(factor: Array, mass: Array) -> Array:
 
 @dataclass(frozen=True)
 class SpinningBeam:
-    """A beam that spins at a constant rate, in clamped shape functions seen from its root.
+    """A beam that spins at a constant rate, in shape functions seen from its root, clamped or on a spring.
 
     A root that is free to turn moves the beam by r + x besides.  This rigid rotation has no elastic energy, and
     C (r + x) = M1 (r + x), so it is a mode at any rate Omega, and the elastic ones are orthogonal to it in the
@@ -154,6 +171,8 @@ class SpinningBeam:
     A held root has J = infinity, a pin the inertia of the beam.  Flapwise the joint is the same: a pin is a ball
     joint, and a hub tilts with its inertia, like an arm along the beam.  A hub on an axle that it cannot tilt
     vibrates flapwise like a held root.
+
+    A hub on a spring to the ground does not spin; its angle is then one more coordinate of a beam that is held.
     """
 
     K: Array  # (n, n)
@@ -164,9 +183,20 @@ class SpinningBeam:
 
     @classmethod
     def of(cls, operators: BeamOperators, scenario: Scenario) -> SpinningBeam:
-        """Take the operators of clamped shape functions, and how the root is held."""
-        o, held = operators, scenario.root.kind == "driven"
-        return cls(o.K, o.M1, o.C, o.S, math.inf if held else o.inertia)
+        """Take the operators of shape functions seen from the root, and how it is held."""
+        o, root = operators, scenario.root
+        if root.kind == "driven":
+            return cls(o.stiffness, o.M1, o.C, o.S, math.inf)
+        if root.stiffness > 0.0:
+            mass = np.block([[np.array([[o.inertia]]), o.S[None]], [o.S[:, None], o.M1]])
+            return cls.at_rest(block_diag(root.stiffness, o.K), mass)
+        return cls(o.K, o.M1, o.C, o.S, o.inertia)
+
+    @classmethod
+    def at_rest(cls, stiffness: Array, mass: Array) -> SpinningBeam:
+        """Take the matrices (n, n) of a beam that does not spin, in any coordinates that are free."""
+        nothing = np.zeros_like(mass)
+        return cls(stiffness, mass, nothing, nothing[0], math.inf)
 
     def flapwise(self, spin_rate: float, count: int) -> Array:
         """First `count` flapwise angular frequencies (rad/s), ascending; of a free root the rate is the first."""
@@ -176,14 +206,24 @@ class SpinningBeam:
         """First `count` chordwise angular frequencies (rad/s), ascending; of a free root 0 is the first."""
         stiffness = self.K + spin_rate**2 * (self.C - self.M1)
         mass = self.M1 - np.outer(self.S, self.S) / self.inertia
-        # eigenvalues are good to eps of the largest: among omega^2 that exceeds the lowest on fine meshes, among
-        # 1/omega^2 it belongs to the lowest; scaled, the stiffness is nearly the unit matrix
-        scale = 1.0 / np.sqrt(np.diag(stiffness))
-        scales = np.outer(scale, scale)
-        flexibilities = eigh(mass * scales, stiffness * scales, eigvals_only=True)[::-1]
+        squares = _squares(stiffness, mass)
+        if squares[0] < _FAR * squares[1]:  # on a soft spring: the others lose their digits beside it
+            shift = squares[1]
+            squares[1:] = _squares(stiffness + shift * mass, mass)[1:] - shift
         rigid = np.zeros(0 if math.isinf(self.inertia) else 1)
-        elastic = 1.0 / np.sqrt(np.maximum(flexibilities[:count], np.finfo(float).tiny))
-        return np.append(rigid, elastic)[:count]
+        return np.append(rigid, np.sqrt(squares))[:count]
+
+
+def _squares(stiffness: Array, mass: Array) -> Array:
+    """Squares (n,) of the angular frequencies (1/s^2), ascending, the lowest to rounding.
+
+    Eigenvalues are good to eps of the largest: among omega^2 that exceeds the lowest on fine meshes, among
+    1/omega^2 it belongs to the lowest; scaled, the stiffness is nearly the unit matrix.
+    """
+    scale = 1.0 / np.sqrt(np.diag(stiffness))
+    scales = np.outer(scale, scale)
+    flexibilities = eigh(mass * scales, stiffness * scales, eigvals_only=True)[::-1]
+    return np.asarray(1.0 / np.maximum(flexibilities, np.finfo(float).tiny))
 
 
 def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:

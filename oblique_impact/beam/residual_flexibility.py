@@ -27,17 +27,21 @@ _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding
 def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array:
     """Return deflection and rotation at x = `point` (m) under a unit force and a unit moment there, (2, 2).
 
-    That is int M_i M_k/(E I) with the bending moments M of the two loads (m/N, 1/N; 1/N, 1/(N m)).  A clamped beam
-    carries a load to its root.  One that is free to turn, on a pin or with its hub, is accelerated: the inertia
-    forces m (r + x) a of this turning, and J_h a of the hub, balance the load, and the deflection is the one in
-    the mean-axis frame.  Uniform beam with the force at its end: L^3/(3 E I), and on a pin 2 L^3/(105 E I).
+    That is int M_i M_k/(E I) with the bending moments M of the two loads (m/N, 1/N; 1/N, 1/(N m)).  A clamped
+    beam carries a load to its root, and a clamp with the spring k turns by the moment there over k.  One that is
+    free to turn, on a pin or with its hub, is accelerated: the inertia forces m (r + x) a of this turning, and
+    J_h a of the hub, balance the load, and the deflection is the one in the mean-axis frame.  Uniform beam with
+    the force at its end: L^3/(3 E I), and on a pin 2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
     x, w = gauss_rule(edges, _GAUSS_POINTS)
     moments = np.stack([np.maximum(point - x, 0.0), np.where(x < point, 1.0, 0.0)])
     if not clamped:
         moments -= _balance(sections, np.array([sections.hub_radius + point, 1.0]), x)
-    return np.asarray((moments * (w / sections.bending_stiffness(x))) @ moments.T)
+    found = (moments * (w / sections.bending_stiffness(x))) @ moments.T
+    if clamped and sections.clamp_stiffness > 0.0:
+        found += np.outer([point, 1.0], [point, 1.0]) / sections.clamp_stiffness
+    return np.asarray(found)
 
 
 def _balance(sections: Sections, loads: Array, x: Array) -> Array:
@@ -57,7 +61,7 @@ def residual_flexibility(operators: BeamOperators, clamped: bool, place: float |
     else:
         assert along is not None
         shapes = np.stack(along.at(place)[:2])
-    stiffness = operators.K.toarray() if issparse(operators.K) else operators.K
+    stiffness = operators.stiffness.toarray() if issparse(operators.K) else operators.stiffness
     whole = static_flexibility(operators.sections, place, clamped)
     left = np.asarray(whole - shapes @ np.linalg.solve(stiffness, shapes.T))
     return left if left[0, 0] > _ROUNDING * whole[0, 0] else np.zeros((2, 2))
@@ -92,7 +96,7 @@ def flexibility_along(operators: BeamOperators, clamped: bool, place: float | No
         int M_x M_y/(E I) = x y a_0(x) - (x + y) a_1(x) + a_2(x) - (r + x) c(y) - (r + y) c(x) + (r + x)(r + y) d
 
     with a_k(x) = int_0^x s^k/(E I) ds, c(x) = int_0^x (x - s) b/(E I J) ds, d = int b^2/(E I J^2) ds; of a clamped
-    beam c and d are zero.
+    beam c and d are zero, and a clamp with the spring k, a hinge at s = 0, adds 1/k to a_0.
     """
     sections, along = operators.sections, operators.along
     assert along is not None
@@ -107,7 +111,8 @@ def flexibility_along(operators: BeamOperators, clamped: bool, place: float | No
         held = np.zeros_like(s) if clamped else sections.outer_inertia_moment(s) / inertia
         return np.asarray(np.stack([bent, bent * s, bent * s * s, bent * held, bent * held * s, bent * held**2]))
 
-    matrix = -np.linalg.inv(operators.K)
+    matrix = -np.linalg.inv(operators.stiffness)
+    hinge = 1.0 / sections.clamp_stiffness if clamped and sections.clamp_stiffness > 0.0 else 0.0
     size = 0 if clamped else 2
     weights = np.zeros((size + operators.size, size + operators.size))
     arm, scale = sections.hub_radius + sections.length, 1.0
@@ -122,7 +127,7 @@ def flexibility_along(operators: BeamOperators, clamped: bool, place: float | No
         a0, a1, a2, b0, b1, _ = _integrals(integrands, edges, x)
         moved = [] if clamped else [scale * (sections.hub_radius + x), (x * b0 - b1) / scale]
         shapes = np.concatenate([np.array(moved).reshape(size, x.size), along.derivative(x, 0).T])
-        return np.concatenate([[a0, a1, a2], vectors.T @ shapes]).T
+        return np.concatenate([[a0 + hinge, a1, a2], vectors.T @ shapes]).T
 
     return FlexibilityAlong(edges, polynomials_on(functions, edges, _DEGREE), values)
 

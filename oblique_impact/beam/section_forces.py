@@ -200,6 +200,11 @@ def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, A
         loads = _without_swing(beam, np.append(x[:, 0], tip_x[:1], axis=0), slowed)
         y[:, 2] += loads[:-1]
         tip_y[2] += loads[-1]
+    on_spring = beam.slowed_on_spring(spins[0], B[:, 1])
+    if on_spring is not None:  # as the hub turns, too
+        loads = beam.deflections(on_spring[1:]) + np.outer(beam.masses[0], on_spring[0])
+        y[:, 2] += loads[:-1]
+        tip_y[2] += loads[-1]
     _add_masses(points, spins, x, y, sums)
     whole = sums[-1].copy()
     whole[3:] += sections.tip_mass * np.concatenate([tip_x, tip_y, _turning(tip_x, tip_y, *spins)[None]])

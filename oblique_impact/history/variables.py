@@ -55,7 +55,7 @@ OF_A_SYSTEM = {
     "lambda_tau": Variable(_TIME, "N", "tangential contact force", _FINITE),
     "state": Variable(_TIME, "1", "contact state"),
     "energy_kinetic": Variable(_TIME, "J", "kinetic energy"),
-    "energy_elastic": Variable(_TIME, "J", "elastic energy"),
+    "energy_elastic": Variable(_TIME, "J", "elastic energy, that of root.stiffness included"),
     "energy_gravity": Variable(_TIME, "J", "gravity energy"),
     "energy_contact": Variable(
         _TIME,

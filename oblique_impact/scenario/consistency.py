@@ -49,6 +49,11 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     yield from _of_solver(s)
 
 
+def _yielding(s: ScenarioModel) -> list[str]:
+    """Return the keys of a root that yields."""
+    return [name for name in ("stiffness", "damping") if getattr(s.root, name) > 0.0]
+
+
 def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     point, length = s.contact.point, s.beam.length
     if point > length:
@@ -184,6 +189,8 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if getattr(s.beam, name) > 0.0:
             without = "has no frame or modes that would move without it"
             yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
+    for name in _yielding(s):
+        yield f"root.{name}", "not with the beam in absolute coordinates"
     if s.root.kind == "hub" and s.root.hub_radius > 0.0:
         words = f"{exact} turns with a hub of radius 0; a driven root may have a radius"
         yield "root.hub_radius", f'{words}; discretization.method = "fem" takes it'

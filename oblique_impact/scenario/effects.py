@@ -39,6 +39,18 @@ RULES = (
     Rule("root", "inertia torque", lambda s: s.root.kind == "hub", 'only with root.kind = "hub"'),
     Rule(
         "root",
+        "stiffness damping",
+        lambda s: s.root.kind != "pin",
+        'a pin turns without friction; only with root.kind = "hub" or "driven"',
+    ),
+    Rule(
+        "root",
+        "damping",
+        lambda s: s.root.kind != "driven" or s.root.stiffness > 0.0,
+        "a rigid clamp does not turn: only with root.stiffness",
+    ),
+    Rule(
+        "root",
         "profile spin_rate spin_up_time",
         lambda s: s.root.kind == "driven",
         'only with root.kind = "driven"',

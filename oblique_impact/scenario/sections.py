@@ -88,7 +88,7 @@ class BeamSection(InputSection):
         0.0, "mass-proportional damping: each elastic mode decays at half of it, the swing does not"
     )
     modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(
-        0.0, "damping ratio of each elastic mode of the beam on its pin, with its hub, or held"
+        0.0, "damping ratio of each elastic mode of the beam on its pin, with its hub, held, or on root.stiffness"
     )
     tip_mass: Annotated[NonNegative, Unit("kg")] = key(0.0, "point mass at x = length")
     outer_fibre: Annotated[Size, Unit("m")] = key(
@@ -131,6 +131,12 @@ class RootSection(InputSection):
     hub_radius: Annotated[NonNegative, Unit("m")] = key(0.0, "distance of the root from the axis of rotation")
     inertia: Annotated[NonNegative, Unit("kg m^2")] = key(0.0, "moment of inertia of the hub")
     torque: Annotated[Finite, Unit("N m")] = key(0.0, "torque on the hub")
+    stiffness: Annotated[NonNegative, Unit("N m/rad")] = key(
+        0.0,
+        "rotational spring, of a hub to the ground (0: none), of a driven root's clamp that yields (0: rigid); "
+        "unstrained at initial.angle and at the prescribed angle",
+    )
+    damping: Annotated[NonNegative, Unit("N m s/rad")] = key(0.0, "rotational dashpot beside root.stiffness")
     profile: Literal["hold", "constant-speed", "spin-up"] = key("hold", "prescribed rotation of a driven root")
     spin_rate: Annotated[Finite, Unit("rad/s")] = key(
         0.0, "angular velocity of a driven root, the final one of a spin-up"

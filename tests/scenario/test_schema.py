@@ -35,6 +35,8 @@ UNITS = {
     "kg": "beam.tip_mass",
     "kg m^2": "root.inertia",
     "N m": "root.torque",
+    "N m/rad": "root.stiffness",
+    "N m s/rad": "root.damping",
     "N/m": "contact.stiffness",
     "s/m": "contact.damping",
     "N s/m": "contact.linear_damping",

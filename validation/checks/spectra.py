@@ -104,6 +104,43 @@ def with_hub() -> Iterator[Measurement]:
             yield within(quantity, computed[k], exact[k], "sqrt(EI/(m L⁴))", allowed, text, name)
 
 
+def _on_spring(stiffness: float, count: int) -> np.ndarray:
+    """Roots b of the unit beam on a spring at its root, each between a hinged and a clamped one.
+
+    On a soft spring the first two terms of the lowest, b^4 = 3 k (1 - 33 k/140), for which no digits cancel.
+    """
+
+    def value(b: float) -> float:
+        s, c, th, sech = np.sin(b), np.cos(b), np.tanh(b), 1.0 / np.cosh(b)
+        return float(b * (s - c * th) - stiffness * (c + sech))
+
+    clamped, hinged = clamped_free_roots(count), np.append(1e-3, hinged_free_roots(count - 1))
+    found = np.array([brentq(value, a, b, xtol=1e-15, rtol=1e-15) for a, b in zip(hinged, clamped, strict=True)])
+    if stiffness < 1e-4:
+        found[0] = (3.0 * stiffness * (1.0 - 33.0 / 140.0 * stiffness)) ** 0.25
+    return found
+
+
+@check("A beam on the spring of its clamp, which goes from none, a pin, to a rigid clamp's.", seconds=0.5)
+def on_a_spring() -> Iterator[Measurement]:
+    """The worst of four frequencies for each spring, in E I/L; without one the first is the swing."""
+    text = "k (1 + cos b cosh b) = b (sin b cosh b - cos b sinh b), by bisection"
+    for stiffness in (1e-6, 1e-2, 1.0, 1e2, 1e4, 1e8):
+        roots = _on_spring(stiffness, 4)
+        root = {"kind": "driven", "stiffness": stiffness}
+        # of the difference sin b cosh b - cos b sinh b at the lowest root of 1e-2 some 13 digits are left
+        bounds = {"modal": np.full(4, 1e-12), "fem": 1e-12 + 1.5 * VALUES["1.3"] * (roots / 32) ** 4}
+        for method, bound in bounds.items():
+            scenario = unit_beam(root, method=method, elements=32)
+            computed = natural_frequencies(scenario, count=4).chordwise[0]
+            k = int(np.argmax(np.abs(computed / roots**2 - 1.0) / bound))
+            quantity, name = (
+                f"frequency {k + 1}, spring of {stiffness:g} E I/L, {method}",
+                f"{method}-{stiffness:g}",
+            )
+            yield within(quantity, computed[k], roots[k] ** 2, "sqrt(EI/(m L⁴))", float(bound[k]), text, name)
+
+
 def _errors(root: str, elements: int) -> np.ndarray:
     scenario = unit_beam(method="fem", frame=_FRAMES[root], modes=3, elements=elements)
     return np.asarray(fem_beam.build_operators(scenario).natural_frequencies() / _ROOTS[root][:3] ** 2 - 1.0)

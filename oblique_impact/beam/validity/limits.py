@@ -201,8 +201,11 @@ def _largest_force(s: Scenario, variables: Mapping[str, Array]) -> _Peak:
 
 
 def light_damping(s: Scenario) -> float:
-    """Return the Kelvin-Voigt damping (s) of a plain metal beam, in two digits; 0 without a bending frequency."""
-    frequency = lowest_elastic_frequency(s)
+    """Return the Kelvin-Voigt damping (s) of a plain metal beam, in two digits; 0 without a bending frequency.
+
+    That of the beam without the spring of its root, which this does not damp.
+    """
+    frequency = lowest_elastic_frequency(s.adapted(root__stiffness=0.0) if s.root.stiffness > 0.0 else s)
     return float(f"{2.0 * LIGHT / frequency:.2g}") if frequency > 0.0 else 0.0
 
 
@@ -267,13 +270,14 @@ def modes_to_resolve_damping(s: Scenario, damping: float) -> int:
     """Return the number of modes that resolve a Kelvin-Voigt damping (s).
 
     High frequencies are those of the WKB approximation, omega_n = ((n + 1/4) pi)^2/(int (m/(E I))^(1/4) dx)^2
-    of a hinged and n - 1/2 of a clamped beam.
+    of a hinged and n - 1/2 of a clamped beam; n - 3/4 of one on the spring of its clamp, which has a lower mode.
     """
     sections = Sections.from_scenario(s)
     x = np.linspace(0.0, sections.length, 1025)
     slowness = (sections.mass_per_length(x) / sections.bending_stiffness(x)) ** 0.25
     turns = float(np.trapezoid(slowness, x)) * math.sqrt(_RESOLVED / damping) / math.pi
-    return math.ceil(turns - (0.25 if frame_for_many_modes(s) == "mean-axis" else -0.5))
+    held = 0.75 if sections.clamp_stiffness > 0.0 else 0.5
+    return math.ceil(turns + (-0.25 if frame_for_many_modes(s) == "mean-axis" else held))
 
 
 def modes_for_stop(s: Scenario, stiffness: float, least: int = 2, place: float | None = None) -> int | None:
