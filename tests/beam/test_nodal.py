@@ -23,7 +23,17 @@ ROOTS = {
         "root__torque": 1.3,
         "root__hub_radius": 0.2,
     },
+    "hub on a spring": {
+        "root__kind": "hub",
+        "root__inertia": 0.05,
+        "root__stiffness": 300.0,
+        "root__damping": 2.0,
+        "root__hub_radius": 0.2,
+    },
+    "hub on a spring, at the axis": {"root__kind": "hub", "root__inertia": 0.05, "root__stiffness": 300.0},
     "held": {"root__kind": "driven"},
+    "yielding": SPIN_UP | {"root__stiffness": 500.0, "root__damping": 3.0, "root__hub_radius": 0.15},
+    "yielding, at the axis": {"root__kind": "driven", "root__stiffness": 500.0},
     "driven": SPIN_UP | {"root__hub_radius": 0.15},
 }
 BASE = {"base__acceleration": 3.0, "base__frequency": 7.0, "base__direction": 0.7}
@@ -64,9 +74,13 @@ class Pair:
         self.driven = scenario.root.kind == "driven"
         self.full = FullBeam(scenario, fem_beam.build_nodal(scenario))
         self.modal = Beam(scenario, fem_beam.build_operators(scenario))
-        clamped = scenario.discretization.frame == "tangent"
-        root = "clamped" if clamped else "hinged"
-        modes = eigenmodes(fem_beam.NodalBeam.from_scenario(scenario), root, None)[1:]
+        yields, mean_axis = (
+            self.driven and scenario.root.stiffness > 0.0,
+            scenario.discretization.frame == "mean-axis",
+        )
+        root = "yielding" if yields else "hinged" if mean_axis else "clamped"
+        modes = eigenmodes(fem_beam.NodalBeam.from_scenario(scenario), root, None)
+        modes = modes if yields else modes[1:]  # the angle of the drive, in front, has no part in them
         self.T = np.column_stack([self.full.operators.rigid, modes])
         rng = np.random.default_rng(seed)
         scale = 1e-3 / np.arange(1, modes.shape[1] + 1) ** 2
