@@ -367,6 +367,7 @@ class GeneralizedAlphaScheme(Scheme):
     tolerance: float = 1e-12
     name = "generalized-alpha"
     order = 2
+    elastic_only = True
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
         """Accelerations, contact forces and rates behind the quadratures."""

@@ -301,15 +301,21 @@ class Run:
         needed = taken + pace * (self.problem.end_time - time)
         if self.problem.scheme.name == "event" and needed > MOST_STEPS:
             words = f"The run would need about {needed:.2g} steps, more than {MOST_STEPS:.0e}"
-            remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
+            remedy = f'solver.scheme = "{self._stepping}", whose steps the fastest vibration does not shorten'
             raise RunEnded(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
         if before == 0 and seconds > LONG and self._report is not None:
             notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
-                notice += '; solver.scheme = "generalized-alpha" takes longer ones'
+                notice += f'; solver.scheme = "{self._stepping}" takes longer ones'
             status = Status(time, self.problem.end_time, self._leading, len(self.record.events), notice)
             self._report(status)
+
+    @property
+    def _stepping(self) -> str:
+        """Name of the scheme that marches such stops by steps of a given length."""
+        rigid = self.problem.contact and not self.decision.compliant
+        return "time-stepping" if rigid else "generalized-alpha"
 
     def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""

@@ -61,6 +61,8 @@ class Scheme(ABC):
     order: int
     #: whether its steps decide contact states themselves, see `step_log`
     decides: bool = False
+    #: whether it takes elastic stops alone
+    elastic_only: bool = False
 
     @property
     def stick_criterion(self) -> StickCriterion | None:
