@@ -113,5 +113,5 @@ class Scheme(ABC):
         return max(1, _WORK_PER_CALL // size)
 
     @abstractmethod
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> Stepper:
-        """Return the steps of a phase, the contacts in their states; perhaps velocities have jumped before it."""
+    def stepper(self, prepared: Prepared, limits: Limits) -> Stepper:
+        """Return the steps of a phase, the contacts in their states."""
