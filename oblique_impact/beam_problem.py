@@ -191,12 +191,13 @@ def decision_about(
         for i, place in enumerate(places)
     ]
     friction = parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization)
+    projects = v.scheme == "generalized-alpha"  # what sticks onto its constraint, after every step
     return Decision(
         pairs,
         friction,
         parts.impact_law or _impact_law(scenario, friction),
         tolerances._replace(flight=scheme.shortest_flight),
-        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
+        Baumgarte() if projects else Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.stick_criterion,
     )
 

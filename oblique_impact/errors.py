@@ -61,7 +61,7 @@ class Outcome(Enum):
     STEP_UNDERFLOW = (
         "step-underflow",
         "The step fell below the resolution of time: the motion is singular, or too stiff for this scheme; "
-        'solver.scheme = "generalized-alpha" takes steps of a given length.',
+        'solver.scheme = "time-stepping" takes steps of a given length, "generalized-alpha" on elastic stops.',
     )
     NOT_CONVERGED = (
         "iterations-diverged",

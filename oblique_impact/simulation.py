@@ -196,8 +196,8 @@ def simulate_system(
     Raises
     ------
     InputError
-        If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real, or
-        `axial_flexibility` or time-stepping is given with other laws.
+        If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real,
+        `axial_flexibility` or time-stepping is given with other laws, or a rigid stop with generalized-alpha.
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
@@ -286,7 +286,13 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 
 
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
-    """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
+    """March a problem; returns its record and the wall time (s), without compiling and loading kernels.
+
+    Raises InputError for a rigid stop in a scheme that takes elastic ones alone.
+    """
+    if problem.scheme.elastic_only and problem.contact and not problem.decision.compliant:
+        name = type(problem.scheme).__name__
+        raise InputError(f"scheme: should be an EventScheme or TimeSteppingScheme with a rigid stop, not {name}")
     with clock() as marching:
         record = Run(problem, on_progress).execute()
         return record, marching.seconds

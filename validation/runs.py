@@ -21,7 +21,7 @@ EPS = float(np.finfo(float).eps)
 #: keys that several checks and studies take
 FEM, MEAN_AXIS = "discretization.method=fem", "discretization.frame=mean-axis"
 FRICTIONLESS, SPRING = "contact.friction=frictionless", "contact.normal=spring"
-#: the full nodal model, by generalized-alpha
+#: the full nodal model by generalized-alpha, in flight and on elastic stops
 NODAL = (FEM, "discretization.modes=0", MEAN_AXIS, "solver.scheme=generalized-alpha")
 #: the paper's beam just above the slope, straight and as fast as after its fall: it strikes after 21 µs
 NEAR = ("initial.angle=0.2214", "initial.angular_velocity=-3.786")

@@ -296,5 +296,5 @@ class ExactScheme(Scheme):
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return _STEPS_PER_CALL
 
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> ExactStepper:  # noqa: D102
+    def stepper(self, prepared: Prepared, limits: Limits) -> ExactStepper:  # noqa: D102
         return ExactStepper(prepared, limits)

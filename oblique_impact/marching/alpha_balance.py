@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from oblique_impact.contact.state import FREE
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import ACCELERATION, PRODUCT_A, PRODUCT_B, SUPPLY, copy, dot
 from oblique_impact.marching.alpha_contacts import project_constraints
@@ -42,15 +41,12 @@ def finish_step(a: Attempt, h: float, solution: StepSolution) -> None:
     contacts, c, y, y_new, w = a.contacts, a.c, a.y, a.scratch.y_new, a.scratch.work
     d, acceleration = w.vectors.shape[1], w.vectors[ACCELERATION]
     before, after = algorithm_state(contacts, y, d), algorithm_state(contacts, y_new, d)
-    scale, lag, rigid = 1.0 / (1.0 - c.alpha_m), c.alpha_f * h, False
+    scale, lag = 1.0 / (1.0 - c.alpha_m), c.alpha_f * h
     for i in range(len(contacts.each)):
-        contact = contacts.each[i]
-        rigid = rigid or (contact.state != FREE and not contact.compliant)
-        keep_kinematics(after, i, lag, contact)
+        keep_kinematics(after, i, lag, contacts.each[i])
     for i in range(d):
         mean = (1.0 - c.alpha_f) * after.acceleration[i] + c.alpha_f * before.acceleration[i]
         after.algorithmic[i] = scale * (mean - c.alpha_m * before.algorithmic[i])
-        after.reported[i] = mean if rigid else after.acceleration[i]
     copy(after.acceleration, acceleration)
     supplied = solution.supplied + dot(w.vectors[SUPPLY], acceleration)
     # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
@@ -69,10 +65,10 @@ def _take_applied_impulses(a: Attempt, h: float, i: int) -> None:
     """Add what contact i contributes: impulses that the algorithm has applied, and the work they do.
 
     With the applied impulses momentum balances to rounding.
-    The force is singular where a rigid contact of a damped beam begins, and jumps where one without inertia does:
-    the trapezoidal sum of its power is no loss.  Friction takes the applied impulse times the mean slip velocity;
-    the dashpot of a contact point without inertia that times the change of the gap, less what its spring stores.
-    By how much the work of the mean forces, that of `_dissipation`, differs is the scheme's.
+    The force jumps where a contact without inertia begins: the trapezoidal sum of its power is no loss.  Friction
+    takes the applied impulse times the mean slip velocity; the dashpot of a contact point without inertia that
+    times the change of the gap, less what its spring stores.  By how much the work of the mean forces, that of
+    `_dissipation`, differs is the scheme's.
     """
     contact, c, y, y_new, d = a.contacts.each[i], a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
     before, after = algorithm_state(a.contacts, y, d), algorithm_state(a.contacts, y_new, d)
@@ -118,7 +114,8 @@ def _mean_damping_power(a: Attempt, h: float) -> float:
     """Power (W) of damping forces over a step, their mean times the displacement; s.at holds the mean velocity v.
 
     The displacement is h v but for a step of backward Euler, where it is h times the velocity v1 at the end.
-    After an impact v1 is a small part of v if the step does not resolve the damping: v1 C v is not v C v.
+    Where the force has jumped v1 is a small part of v if the step does not resolve the damping: v1 C v is not
+    v C v.
     """
     s, y_new, w = a.scratch, a.scratch.y_new, a.scratch.work
     d = w.vectors.shape[1]

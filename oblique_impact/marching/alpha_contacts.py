@@ -1,7 +1,7 @@
 """The contacts in a step of generalized-alpha.
 
 The forces of all closed contacts follow in every iteration from one system of equations, two for each: the law of
-its stop or, of a rigid one, a gap velocity of zero; and friction or, where it sticks, a slip velocity of zero.
+its stop; and friction or, where it sticks, a slip velocity of zero or the law of the axial flexibility behind it.
 What one closed contact has is known in closed form.
 """
 
@@ -50,9 +50,8 @@ def largest_defect(contacts: Contacts, velocity: float) -> float:
         c = contacts.each[i]
         if c.state == FREE:
             continue
-        normal, tangential = abs(c.gap_rate), abs(c.slip_rate)
-        if c.compliant:
-            normal = abs(stop_force(contacts.law, c, c.depth, c.depth_rate) - c.normal_force) * c.a_nn * velocity
+        normal = abs(stop_force(contacts.law, c, c.depth, c.depth_rate) - c.normal_force) * c.a_nn * velocity
+        tangential = abs(c.slip_rate)
         if c.state != STICKING:
             tangential = abs(friction_ratio(c) * c.normal_force - c.tangential_force) * c.a_tt * velocity
         elif c.axial != 0.0:
@@ -64,14 +63,13 @@ def largest_defect(contacts: Contacts, velocity: float) -> float:
 class Linear(NamedTuple):
     """The laws of a contact, linear in the changes of all forces: of its own and of the accelerations by all.
 
-    own_normal dN + by_gap D_n dq'' = normal,    own_tangential dT - ratio dN + by_slip D_tau dq'' = tangential
+    dN + by_gap D_n dq'' = normal,    own_tangential dT - ratio dN + by_slip D_tau dq'' = tangential
 
-    The force of an elastic contact grows by `by_depth` with its depth, which those of others take away.
+    The normal force grows by `by_depth` with the depth of the contact, which those of others take away.
     """
 
     status: int
     by_depth: float  # N/m
-    own_normal: float
     by_gap: float
     normal: float
     own_tangential: float
@@ -85,16 +83,14 @@ def _linearize(contacts: Contacts, i: int, increment: Array, step: StepLength) -
     """Return the laws of a closed contact at the motion with the `increment` of q'' without changes of forces."""
     c, velocity, h = contacts.each[i], step.velocity, step.h
     normal_row, tangential_row = contacts.rows[DIRECTION, i, 0], contacts.rows[DIRECTION, i, 1]
-    by_gap, own_normal, normal, over_depth = velocity, 0.0, -c.gap_rate, 0.0
-    if c.compliant:
-        over_depth, over_rate = stop_tangent(contacts.law, c)
-        by_gap, own_normal = over_depth * step.position + over_rate * velocity, 1.0
-        normal = stop_force(contacts.law, c, c.depth, c.depth_rate) - c.normal_force
+    over_depth, over_rate = stop_tangent(contacts.law, c)
+    by_gap = over_depth * step.position + over_rate * velocity
+    normal = stop_force(contacts.law, c, c.depth, c.depth_rate) - c.normal_force
     normal -= by_gap * dot(normal_row, increment)
     ratio, own_tangential, by_slip, tangential, status = 0.0, 0.0, velocity, -c.slip_rate, OK
     if c.state == SLIDING:
         ratio, own_tangential = friction_ratio(c), 1.0
-        if (c.compliant and not can_slide(c)) or (not c.compliant and not c.a_nn + ratio * c.a_nt > 0.0):
+        if not can_slide(c):
             status = NO_SLIDING_SOLUTION
         inclined = 1.0 + c.tilt * ratio
         by_slip = -c.slope * inclined * inclined * c.normal_force * velocity
@@ -107,7 +103,7 @@ def _linearize(contacts: Contacts, i: int, increment: Array, step: StepLength) -
         for j in range(len(contacts.each)):
             tangential -= shared_flexibility(c, contacts.each[j]) / c.axial * contacts.each[j].tangential_force
     tangential -= by_slip * dot(tangential_row, increment)
-    return Linear(status, over_depth, own_normal, by_gap, normal, own_tangential, ratio, by_slip, tangential)
+    return Linear(status, over_depth, by_gap, normal, own_tangential, ratio, by_slip, tangential)
 
 
 @inlined
@@ -154,7 +150,7 @@ def _solve_one(contacts: Contacts, i: int, increment: Array, step: StepLength) -
     c, law = contacts.each[i], _linearize(contacts, i, increment, step)
     if law.status != OK:
         return law.status
-    n1, n2 = law.own_normal + law.by_gap * c.a_nn, law.by_gap * c.a_nt
+    n1, n2 = 1.0 + law.by_gap * c.a_nn, law.by_gap * c.a_nt
     t1, t2 = law.by_slip * c.a_nt - law.ratio, law.own_tangential + law.by_slip * c.a_tt
     determinant = n1 * t2 - n2 * t1
     if determinant == 0.0:
@@ -187,7 +183,7 @@ def _solve_coupled(
                 matrix[k, column + side] = law.by_gap * dot(normal, rows[RESPONSE, j, side])
                 matrix[k + 1, column + side] = law.by_slip * dot(tangential, rows[RESPONSE, j, side])
             if j == i:
-                matrix[k, column] += law.own_normal
+                matrix[k, column] += 1.0
                 matrix[k + 1, column] -= law.ratio
                 matrix[k + 1, column + 1] += law.own_tangential
             else:
@@ -212,8 +208,8 @@ def _solve_coupled(
 def project_constraints(system: Any, contacts: Contacts, t: float, w: Workspace, y: Array) -> float:
     """Move q, then q', onto the constraints of contacts along the responses of the step; the work done (J).
 
-    Rigid contacts keep their gap, those that stick their slip, but for the axial flexibility behind it.  The
-    velocity is left exact to rounding, because a step cut short divides what is left by its length.
+    Contacts that stick keep their slip, but for axial flexibility behind it.  The velocity is left exact to
+    rounding, because a step cut short divides what is left by its length.
     """
     each, rows, d, forces, done, m, last = (
         contacts.each,
@@ -226,17 +222,11 @@ def project_constraints(system: Any, contacts: Contacts, t: float, w: Workspace,
     )
     for i in range(len(each)):
         c = each[i]
-        c.normal_unknown = -1
         c.tangential_unknown = -1
-        c.normal_change = 0.0
         c.tangential_change = 0.0
-        if c.state != FREE and not c.compliant:
-            c.normal_unknown = m
-            m += 1
         if c.state == STICKING and c.axial == 0.0:
             c.tangential_unknown = m
             m += 1
-        if c.normal_unknown >= 0 or c.tangential_unknown >= 0:
             last = i
     if m == 0:
         return 0.0
@@ -246,11 +236,11 @@ def project_constraints(system: Any, contacts: Contacts, t: float, w: Workspace,
         if not _take_corrections(contacts.matrix, contacts, last, level, m):
             return done
         for i in range(len(each)):
-            normal, tangential = each[i].normal_change, each[i].tangential_change
-            if normal == 0.0 and tangential == 0.0:
+            tangential = each[i].tangential_change
+            if tangential == 0.0:
                 continue
             for j in range(d):
-                move = normal * rows[RESPONSE, i, 0, j] + tangential * rows[RESPONSE, i, 1, j]
+                move = tangential * rows[RESPONSE, i, 1, j]
                 y[level * d + j] += move
                 done += (1.0 - level) * forces[j] * move
     return done
@@ -258,42 +248,28 @@ def project_constraints(system: Any, contacts: Contacts, t: float, w: Workspace,
 
 @jitable
 def _take_corrections(matrix: Array | None, contacts: Contacts, last: int, level: int, m: int) -> bool:
-    """Multiples of the responses that take gaps and slips, or at level 1 their rates, to zero; False if singular.
+    """Multiples of the responses that take slips, or at level 1 their rates, to zero; False if singular.
 
     The compiler drops the equations of several contacts where there is one, `last`.
     """
     each, rows = contacts.each, contacts.rows
     if matrix is None:
         c = each[last]
-        gap, slip = (c.gap, drift_of(c)) if level == 0 else (c.gap_rate, c.slip_rate)
-        c.normal_change, c.tangential_change = 0.0, 0.0
-        if c.tangential_unknown < 0:
-            c.normal_change = -gap / c.a_nn
-        elif c.normal_unknown < 0:
-            c.tangential_change = -slip / c.a_tt
-        else:
-            determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
-            c.normal_change = (c.a_nt * slip - c.a_tt * gap) / determinant
-            c.tangential_change = (c.a_nt * gap - c.a_nn * slip) / determinant
+        c.tangential_change = -(drift_of(c) if level == 0 else c.slip_rate) / c.a_tt
         return True
     for i in range(len(each)):
         c = each[i]
-        for side in range(2):
-            k = c.normal_unknown if side == 0 else c.tangential_unknown
-            if k < 0:
-                continue
-            for j in range(len(each)):
-                other = each[j]
-                if other.normal_unknown >= 0:
-                    matrix[k, other.normal_unknown] = dot(rows[DIRECTION, i, side], rows[RESPONSE, j, 0])
-                if other.tangential_unknown >= 0:
-                    matrix[k, other.tangential_unknown] = dot(rows[DIRECTION, i, side], rows[RESPONSE, j, 1])
-            gap, slip = (c.gap, drift_of(c)) if level == 0 else (c.gap_rate, c.slip_rate)
-            matrix[k, m] = -gap if side == 0 else -slip
+        k = c.tangential_unknown
+        if k < 0:
+            continue
+        for j in range(len(each)):
+            other = each[j]
+            if other.tangential_unknown >= 0:
+                matrix[k, other.tangential_unknown] = dot(rows[DIRECTION, i, 1], rows[RESPONSE, j, 1])
+        matrix[k, m] = -drift_of(c) if level == 0 else -c.slip_rate
     if not eliminate(matrix, m):
         return False
     for i in range(len(each)):
         c = each[i]
-        c.normal_change = matrix[c.normal_unknown, m] if c.normal_unknown >= 0 else 0.0
         c.tangential_change = matrix[c.tangential_unknown, m] if c.tangential_unknown >= 0 else 0.0
     return True

@@ -77,25 +77,25 @@ def step_length(c: Coefficients, h: float) -> StepLength:
 class AlgorithmState(NamedTuple):
     """State of the scheme from step to step, of n contacts, kept behind the quadratures of the state vector."""
 
-    reported: Array  # (d + 2 n,) acceleration and contact forces of the algorithm's own mean
     acceleration: Array  # (d,) q''
+    reported: Array  # (2 n,) contact forces (N) to report
     algorithmic: Array  # (d,) a
     forces: Array  # (2 n,) contact forces (N) at the end of the step
     averaged: Array  # (2 n,) as the algorithm averages them
     rates: Array  # of the quadratures
-    memory: Array  # (8 n,) of each contact, see the names below
+    memory: Array  # (7 n,) of each contact, see the names below
 
 
-# lag of the reported forces (s), slip velocity (m/s), rates of the two means (N/s), gap (m), gap rate (m/s),
-# energy of an elastic contact (J), power (W) by the change of its compliance
-LAG, SLIP_RATE, MEAN_RATES, GAP, GAP_RATE, HELD, SHIFTING = 0, 1, 2, 4, 5, 6, 7
-MEMORY = 8
+# lag (s) and rate (N/s) of the mean force that holds one that sticks, slip velocity (m/s), gap (m), gap rate
+# (m/s), energy of the contact (J), power (W) by the change of its compliance
+LAG, MEAN_RATE, SLIP_RATE, GAP, GAP_RATE, HELD, SHIFTING = 0, 1, 2, 3, 4, 5, 6
+MEMORY = 7
 UNKNOWN = 1e300  # a rate of which nothing is known yet
 
 
 def algorithm_state_size(d: int, contacts: int, quadratures: int) -> int:
     """Entries of :class:`AlgorithmState` for d degrees of freedom."""
-    return 3 * d + (6 + MEMORY) * contacts + quadratures
+    return 2 * d + (6 + MEMORY) * contacts + quadratures
 
 
 @inlined
@@ -109,14 +109,14 @@ def algorithm_state(contacts: Contacts, y: Array, d: int) -> AlgorithmState:
     """Return the parts of the state vector that the scheme keeps."""
     n, quadratures = len(contacts.each), quadrature_count(contacts)
     forces = 2 * n
-    a = 2 * d + quadratures
-    b = a + d + forces
-    e = b + 2 * d
+    a = 3 * d + quadratures
+    b = a + forces
+    e = b + d
     f = e + 2 * forces + quadratures
     return AlgorithmState(
+        y[a - d : a],
         y[a:b],
-        y[b : b + d],
-        y[b + d : e],
+        y[b:e],
         y[e : e + forces],
         y[e + forces : e + 2 * forces],
         y[e + 2 * forces : f],
@@ -171,17 +171,16 @@ def start_phase(system: Any, contacts: Contacts, t: float, y: Array, w: Workspac
     if status != OK:
         return status
     acceleration = w.vectors[ACCELERATION]
-    copy(acceleration, kept.reported[:d])
     copy(acceleration, kept.acceleration)
     copy(acceleration, kept.algorithmic)
     for i in range(len(contacts.each)):
         c = contacts.each[i]
         for j in range(2):
             force, k = lambda_n(c) if j == 0 else c.tangential_force, 2 * i + j
-            kept.reported[d + k] = force
+            kept.reported[k] = force
             kept.forces[k] = force
             kept.averaged[k] = force
-            kept.memory[MEMORY * i + MEAN_RATES + j] = UNKNOWN
+        kept.memory[MEMORY * i + MEAN_RATE] = UNKNOWN
         keep_kinematics(kept, i, 0.0, c)
     rates_into(contacts, damping, supplied, qd, kept.rates)
     kept.rates[DAMPING_LOSS] = 0.0
@@ -190,7 +189,7 @@ def start_phase(system: Any, contacts: Contacts, t: float, y: Array, w: Workspac
 
 @inlined
 def keep_kinematics(kept: AlgorithmState, i: int, lag: float, c: Candidate) -> None:
-    """Keep the kinematics of contact i at the end of a step, and the lag (s) of its reported forces."""
+    """Keep the kinematics of contact i at the end of a step, and the lag (s) of its mean forces."""
     memory = kept.memory[MEMORY * i : MEMORY * (i + 1)]
     memory[LAG], memory[SLIP_RATE] = lag, c.slip_rate
     memory[GAP], memory[GAP_RATE] = c.gap, c.gap_rate

@@ -1,7 +1,7 @@
 """One step of generalized-alpha, with the contact forces from the Schur complement of the effective matrix.
 
-Each iteration solves with the constant effective matrix.  A rigid contact is held on the velocity, Z' = 0 (index
-2), which keeps the forces well conditioned in the shortest of steps, and then projected onto Z = 0
+Each iteration solves with the constant effective matrix.  A contact that sticks is held on the velocity, Z' = 0
+(index 2), which keeps its force well conditioned in the shortest of steps, and then projected onto Z = 0
 (:mod:`~oblique_impact.marching.alpha_balance`).
 """
 
@@ -82,8 +82,8 @@ def _approach(a: Attempt, t: float, q: Array, qd: Array, closed: int) -> float:
 def take_step(a: Attempt, h: float, slot: int) -> StepSolution:
     """One step of length h into the scratch, with the effective matrix of a slot.
 
-    After an impact on a damped fine mesh acceleration and force are singular, and iterations that start from them
-    may diverge; a step of backward Euler does not depend on them.
+    Where a contact without inertia begins on a damped fine mesh, iterations that start from the acceleration and
+    the force there may diverge; a step of backward Euler does not depend on them.
     """
     stale = slot == CUT_STEP or a.iterations.stale[slot]
     solution = _iterate(a, h, slot, stale, 1.0)

@@ -223,7 +223,7 @@ class EventScheme(Scheme):
             tables = new_exponential(modes, task.output_interval)
         return EventBuffers(Stages.new(task.entries), tables)
 
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> EventStepper:  # noqa: D102
+    def stepper(self, prepared: Prepared, limits: Limits) -> EventStepper:  # noqa: D102
         own, tolerance = prepared.own, _SHARE_OF_A_STEP * self.tolerance
         system, scratch = prepared.system, prepared.scratch
         return EventStepper(system, prepared.contacts, tolerance, limits, scratch, own.stages, own.exponential)

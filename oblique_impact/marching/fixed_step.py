@@ -165,7 +165,7 @@ class FixedStepScheme(Scheme):
     def buffers(self, task: Task) -> Array:  # noqa: D102
         return np.zeros((4, task.entries))  # derivatives at the stages
 
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> FixedStepper:  # noqa: D102
+    def stepper(self, prepared: Prepared, limits: Limits) -> FixedStepper:  # noqa: D102
         contacts = prepared.contacts
         free = all(contacts.of(i).state == FREE for i in range(len(contacts.each)))
         h, stopping_time = self.free_step if free else self.contact_step, self.stick_criterion.stopping_time

@@ -1,11 +1,11 @@
 """Generalized-alpha: implicit, second order, with selectable dissipation at high frequencies.
 
 The steps are those of :mod:`~oblique_impact.marching.alpha_step`; transitions are located by shortening the step.
-What is reported of a rigid contact, forces and accelerations, are the algorithm's own means,
-(1 - alpha_f) lambda1 + alpha_f lambda0: the values at the ends of the steps swing about them by a factor of
--rho_infinity per step after every jump.  The means lag behind by alpha_f h; where a force decides when a contact
-state ends, they are extrapolated to the end of the step, and the instant is interpolated: the force of a step that
-is cut short is ill conditioned.
+Stops are elastic; a contact that sticks is held by the force of a constraint.  What is reported of that force is
+the algorithm's own mean, (1 - alpha_f) lambda1 + alpha_f lambda0: the values at the ends of the steps swing about
+it by a factor of -rho_infinity per step after every jump.  The mean lags behind by alpha_f h; for the guards that
+end stick it is extrapolated to the end of the step, and the instant is interpolated: the force of a step that is
+cut short is ill conditioned.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from oblique_impact.marching.alpha_balance import finish_step
 from oblique_impact.marching.alpha_state import (
     GAP,
     LAG,
-    MEAN_RATES,
+    MEAN_RATE,
     MEMORY,
     AlgorithmState,
     Attempt,
@@ -76,9 +76,8 @@ _LANDED = 0.01  # thresholds: how far below zero a guard may be found
 _STEPS_PER_CALL, _WORK_PER_CALL = 2_000, 500_000  # the latter in steps times degrees of freedom
 _START, _END = 0, 1
 _SMOOTH = 0.5  # part by which rates of a force that is extrapolated may differ from one step to the next
-#: first steps of a phase by backward Euler: one after a jump of the velocities, four where a damped contact point
-#: without inertia makes the force decay faster than any step
-_EULER_STEPS, _MASSLESS_STEPS = 1, 4
+#: first steps of a phase by backward Euler where a damped contact point without inertia is pressed
+_MASSLESS_STEPS = 4
 
 
 class Cut(NamedTuple):
@@ -91,11 +90,14 @@ class Cut(NamedTuple):
 
 @inlined
 def _of_force(contacts: Contacts, guard: int) -> bool:
-    """Whether a guard is a function of the force of a constraint, not of the motion."""
-    c = contacts.each[guard // GUARDS]
-    if guard % GUARDS == NORMAL:
-        return c.state != FREE and not c.compliant
-    return c.state == STICKING and c.axial == 0.0 and guard % GUARDS in (LOWER, UPPER)
+    """Whether a guard is a function of the force that holds a sticking contact, not of the motion."""
+    return _is_held(contacts.each[guard // GUARDS]) and guard % GUARDS in (LOWER, UPPER)
+
+
+@inlined
+def _is_held(c: Candidate) -> bool:
+    """Whether a contact sticks without axial flexibility behind it: by a constraint."""
+    return c.state == STICKING and c.axial == 0.0
 
 
 @inlined
@@ -108,16 +110,14 @@ def _measure(c: Candidate, s: Scratch, row: int, i: int) -> None:
 
 
 @inlined
-def _extrapolated(
-    mean: float, last: float, span: float, lag: float, before: Array, after: Array, which: int
-) -> float:
+def _extrapolated(mean: float, last: float, span: float, lag: float, before: Array, after: Array) -> float:
     """Extrapolate a mean force to the end of the step, if it has changed as fast in the step before.
 
-    Where a rigid contact begins the force is singular, and what it does next cannot be told from what it did.
+    Where stick begins the force may jump, and what it does next cannot be told from what it did.
     The time between the two means is `span` (s), the lag of the new one `lag` (s).
     """
-    rate, known = (mean - last) / span, before[MEAN_RATES + which]
-    after[MEAN_RATES + which] = rate
+    rate, known = (mean - last) / span, before[MEAN_RATE]
+    after[MEAN_RATE] = rate
     smooth = abs(rate - known) <= _SMOOTH * max(abs(rate), abs(known))
     return mean + lag * rate if smooth else mean
 
@@ -132,35 +132,29 @@ def _report(a: Attempt, h: float) -> None:
 
 @inlined
 def _report_contact(a: Attempt, c: Candidate, i: int, h: float) -> None:
-    """Keep the forces of contact i and those to report, measure its guards, which see extrapolated forces."""
-    s, lag, k, d = a.scratch, a.c.alpha_f * h, 2 * i, a.scratch.work.vectors.shape[1]
+    """Keep the forces of contact i and those to report, measure its guards, which see an extrapolated force."""
+    s, k, d = a.scratch, 2 * i, a.scratch.work.vectors.shape[1]
     before, after = algorithm_state(a.contacts, a.y, d), algorithm_state(a.contacts, s.y_new, d)
     normal_end, tangential_end = lambda_n(c), c.tangential_force
     after.forces[k], after.forces[k + 1] = normal_end, tangential_end
-    after.reported[d + k], after.reported[d + k + 1] = normal_end, tangential_end
+    after.reported[k], after.reported[k + 1] = normal_end, tangential_end
     if c.state == FREE:
         _measure(c, s, _END, i)
         return
-    mean_n = normal_end + a.c.alpha_f * (before.forces[k] - normal_end)
-    mean_t = tangential_end + a.c.alpha_f * (before.forces[k + 1] - tangential_end)
-    known, found = before.memory[MEMORY * i : MEMORY * (i + 1)], after.memory[MEMORY * i : MEMORY * (i + 1)]
-    span, last = h - lag + known[LAG], before.reported[d + k : d + k + 2]
-    normal = _extrapolated(mean_n, last[0], span, lag, known, found, 0)
-    tangential = _extrapolated(mean_t, last[1], span, lag, known, found, 1)
-    push, held = normal, c.state == STICKING and c.axial == 0.0
-    if c.compliant:
-        push = stop_force(a.contacts.law, c, c.depth, c.depth_rate)  # its law to the last digit
-        mean_t = tangential_end if not held else mean_t
-        mean_n = push + c.tilt * mean_t
-    if c.state != STICKING:
+    push = stop_force(a.contacts.law, c, c.depth, c.depth_rate)  # its law to the last digit
+    mean, tangential = tangential_end, tangential_end
+    if _is_held(c):
+        lag, known = a.c.alpha_f * h, before.memory[MEMORY * i : MEMORY * (i + 1)]
+        mean += a.c.alpha_f * (before.forces[k + 1] - tangential_end)
+        span, found = h - lag + known[LAG], after.memory[MEMORY * i : MEMORY * (i + 1)]
+        tangential = _extrapolated(mean, before.reported[k + 1], span, lag, known, found)
+    elif c.state != STICKING:
         tangential = friction_ratio(c) * push
-    elif not held:
-        tangential = tangential_end
     own = c.normal_force
     c.normal_force, c.tangential_force = push, tangential
     _measure(c, s, _END, i)
     c.normal_force, c.tangential_force = own, tangential_end
-    after.reported[d + k], after.reported[d + k + 1] = mean_n, mean_t
+    after.reported[k], after.reported[k + 1] = push + c.tilt * mean, mean
 
 
 @jitable
@@ -189,7 +183,7 @@ class _Shorter(NamedTuple):
 
 @inlined
 def _first_force(contacts: Contacts, s: Scratch) -> tuple[int, float]:
-    """First guard of a constraint's force that falls in a whole step, and the part of the step where; or 1."""
+    """First guard of a holding force that falls in a whole step, and the part of the step where; or 1."""
     first, part = NO_GUARD, 1.0
     for guard in range(guard_count(s.guards)):
         fa, fb = _raised(s, _START, guard), _raised(s, _END, guard)
@@ -326,8 +320,7 @@ class AlphaStepper(NamedTuple):
                 return Step(OK, False, now.t, 0.0, guard, now.gap)
             end = now.t + length
         finish_step(attempt, length, solution)
-        d = s.work.vectors.shape[1]
-        _keep_largest(contacts, algorithm_state(contacts, s.y_new, d).reported[d:])
+        _keep_largest(contacts, algorithm_state(contacts, s.y_new, s.work.vectors.shape[1]).reported)
         return Step(OK, True, end, length, guard, nearest(contacts)[0])
 
     def arrive(self, step: Step, y: Array) -> Step:
@@ -345,7 +338,7 @@ class AlphaStepper(NamedTuple):
 
 @dataclass(frozen=True)
 class GeneralizedAlphaScheme(Scheme):
-    """Generalized-alpha with one step for flight, one for contact and flight close to the slope.
+    """Generalized-alpha with one step for flight, one for contact and flight close to the slope, on elastic stops.
 
     Attributes
     ----------
@@ -367,6 +360,7 @@ class GeneralizedAlphaScheme(Scheme):
     tolerance: float = 1e-12
     name = "generalized-alpha"
     order = 2
+    elastic_only = True
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
         """Accelerations, contact forces and rates behind the quadratures."""
@@ -378,19 +372,15 @@ class GeneralizedAlphaScheme(Scheme):
     def buffers(self, task: Task) -> Iterations:  # noqa: D102
         return Iterations.new()
 
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> AlphaStepper:
+    def stepper(self, prepared: Prepared, limits: Limits) -> AlphaStepper:
         """Return the steps of a phase, the first of them perhaps those of backward Euler.
 
-        Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
-        by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
-        first steps of phases that begin or end at one, also of a flight after a rebound, are those of backward
-        Euler, which has no use for them.  The force on a contact point without inertia whose flexibility is damped
-        begins with a jump and decays faster than any step: some steps more.
+        The force on a contact point without inertia whose flexibility is damped begins with a jump and decays
+        faster than any step.  Accelerations that start anew there throw vibrations that the step does not resolve:
+        their velocity overshoots by omega h (Hilber and Hughes 1978).  Backward Euler has no use for them.
         """
-        first_steps = _EULER_STEPS if jumped else 0
         each = [prepared.contacts.of(i) for i in range(len(prepared.contacts.each))]
-        if any(c.state != FREE and c.stiffness == inf and c.relaxation > 0.0 for c in each):
-            first_steps = _MASSLESS_STEPS
+        massless = any(c.state != FREE and c.stiffness == inf and c.relaxation > 0.0 for c in each)
         tolerance = self.tolerance * float(np.sqrt(prepared.scratch.tolerances.energy))
         return AlphaStepper(
             prepared.system,
@@ -400,7 +390,7 @@ class GeneralizedAlphaScheme(Scheme):
             prepared.own,
             coefficients(self.rho_infinity, tolerance),
             backward_euler(tolerance),
-            first_steps,
+            _MASSLESS_STEPS if massless else 0,
             float(self.free_step),
             float(self.contact_step),
             float(self.near),

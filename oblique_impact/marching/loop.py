@@ -135,7 +135,6 @@ class Run:
         self.prepared = Prepared(problem.system, self.contacts, self._scratch, own)
         self._steps = problem.scheme.step_log(self.prepared)  # None: the transition table decides
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
-        self._jumped = False  # velocities, where the phase began
         self._book = Book(self.pairs, self.record.events, self.record.contacts)
         # s, when impacts have opened each contact the last times.  Of plastic ones one is enough; others follow
         # each other by chance, but only a few times
@@ -213,17 +212,11 @@ class Run:
         change = self.decision.start(probe, self.problem.earlier)
         if change.events:
             self._sample()
-        failure = self._apply(change, probe)
-        self._jumped = self._is_held()
-        return failure
+        return self._apply(change, probe)
 
     def _states(self) -> list[Candidate]:
         """Return copies of all candidates."""
         return [self.contacts.of(i) for i in range(len(self.contacts.each))]
-
-    def _is_held(self) -> bool:
-        """Whether a rigid contact is closed."""
-        return not self.decision.compliant and any(state != State.FREE for state in self.contacts.states())
 
     def _take_states(self, states: Mapping[int, Candidate]) -> None:
         """Take new states of some candidates."""
@@ -261,7 +254,7 @@ class Run:
         while True:
             bounds = float(end), float(problem.end_time), float(problem.output_interval)
             limits = Limits(*bounds, self._steps_per_call)
-            stepper = problem.scheme.stepper(self.prepared, self._jumped, limits)
+            stepper = problem.scheme.stepper(self.prepared, limits)
             progress = march(stepper, self._now, self._y)
             self._now = progress.state
             self._keep(progress)
@@ -301,15 +294,21 @@ class Run:
         needed = taken + pace * (self.problem.end_time - time)
         if self.problem.scheme.name == "event" and needed > MOST_STEPS:
             words = f"The run would need about {needed:.2g} steps, more than {MOST_STEPS:.0e}"
-            remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
+            remedy = f'solver.scheme = "{self._stepping}", whose steps the fastest vibration does not shorten'
             raise RunEnded(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
         if before == 0 and seconds > LONG and self._report is not None:
             notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
-                notice += '; solver.scheme = "generalized-alpha" takes longer ones'
+                notice += f'; solver.scheme = "{self._stepping}" takes longer ones'
             status = Status(time, self.problem.end_time, self._leading, len(self.record.events), notice)
             self._report(status)
+
+    @property
+    def _stepping(self) -> str:
+        """Name of the scheme that marches such stops by steps of a given length."""
+        rigid = self.problem.contact and not self.decision.compliant
+        return "time-stepping" if rigid else "generalized-alpha"
 
     def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""
@@ -382,15 +381,7 @@ class Run:
         for i, how in change.passages:
             self._pass_end(i, how, before[i])
         self._stick_axially(change, before)
-        held = self._is_held()
         self._take_states(change.states)
-        # what a scheme knows of accelerations means nothing where a rigid contact begins or ends, velocities jump
-        # or a contact has just touched
-        back = any(
-            before[i].state == state.state == State.FREE and before[i].side == state.side
-            for i, state in change.states.items()
-        )
-        self._jumped = held or back or self._is_held()
         # of elastic contacts compliances and forces at rest depend on which are closed
         after = self._probe() if impulses or self.decision.compliant else probe
         if self.decision.compliant:

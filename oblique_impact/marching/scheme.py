@@ -61,6 +61,8 @@ class Scheme(ABC):
     order: int
     #: whether its steps decide contact states themselves, see `step_log`
     decides: bool = False
+    #: whether it takes elastic stops alone
+    elastic_only: bool = False
 
     @property
     def stick_criterion(self) -> StickCriterion | None:
@@ -111,5 +113,5 @@ class Scheme(ABC):
         return max(1, _WORK_PER_CALL // size)
 
     @abstractmethod
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> Stepper:
-        """Return the steps of a phase, the contacts in their states; perhaps velocities have jumped before it."""
+    def stepper(self, prepared: Prepared, limits: Limits) -> Stepper:
+        """Return the steps of a phase, the contacts in their states."""

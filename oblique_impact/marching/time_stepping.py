@@ -828,7 +828,7 @@ class TimeSteppingScheme(Scheme):
     def steps_per_call(self, size: int) -> int:  # noqa: D102
         return STEPS_PER_CALL
 
-    def stepper(self, prepared: Prepared, jumped: bool, limits: Limits) -> TimeStepper:  # noqa: D102
+    def stepper(self, prepared: Prepared, limits: Limits) -> TimeStepper:  # noqa: D102
         scratch = prepared.scratch
         return TimeStepper(
             prepared.system,

@@ -32,6 +32,7 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if s.beam.tip_mass > 0.0:
             yield "beam.tip_mass", f"{uniform} a tip mass"
     yield from _of_contact_point(s)
+    yield from _of_rigid_stop(s)
     yield from _of_many_contacts(s) if s.contact.where == "anywhere" else _of_one_contact(s)
     if s.contact.point_inertia == "none":
         yield from _of_massless_point(s)
@@ -62,6 +63,17 @@ def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "contact.point", f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
 
 
+def _of_rigid_stop(s: ScenarioModel) -> Iterator[tuple[str, str]]:
+    c, scheme = s.contact, s.solver.scheme
+    if not c.enabled or c.normal != "rigid":
+        return
+    marched = '"time-stepping"' if s.is_nodal else '"event" or "time-stepping"'
+    if scheme == "generalized-alpha" and c.point_inertia == "kept":
+        yield "solver.scheme", f'should be {marched} with a rigid stop; "generalized-alpha" takes elastic ones'
+    elif scheme in ("fixed-step", "generalized-alpha") and c.where == "anywhere":
+        yield "solver.scheme", f'should be {marched} with contact.where = "anywhere" and a rigid stop'
+
+
 def _of_one_contact(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     if not s.slope.enabled:
         only = 'false only with contact.where = "anywhere"'
@@ -76,12 +88,6 @@ def _of_many_contacts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     several = 'with contact.where = "anywhere"'
     if not s.contact.shortening:
         yield "contact.shortening", f"should be true {several}"
-    steps = s.solver.scheme == "time-stepping"
-    if s.is_nodal and s.contact.normal == "rigid" and not steps:
-        marched = 'for a rigid stop take solver.scheme = "time-stepping", or keep modes'
-        yield "contact.normal", f'should be "spring" {several} and the full nodal model; {marched}'
-    if s.solver.scheme not in ("event", "time-stepping") and s.contact.normal == "rigid":
-        yield "solver.scheme", f'should be "event" or "time-stepping" {several} and a rigid stop'
     if s.contact.surface == "section" and _is_tapered(s):
         yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
     if s.contact.enabled:

@@ -166,8 +166,8 @@ RULES = (
     Rule(
         "solver",
         "baumgarte baumgarte_form",
-        lambda s: s.solver.scheme not in ("time-stepping", "energy-consistent"),
-        'only with solver.scheme = "event", "fixed-step" or "generalized-alpha"',
+        lambda s: s.solver.scheme in ("event", "fixed-step"),
+        'only with solver.scheme = "event" or "fixed-step"',
     ),
     Rule(
         "solver",

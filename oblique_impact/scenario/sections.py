@@ -422,9 +422,9 @@ class SolverSection(InputSection):
 
     scheme: Literal["event", "fixed-step", "generalized-alpha", "time-stepping", "energy-consistent"] = key(
         "event",
-        "adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of "
-        "the full nodal model), time-stepping for rigid contacts, one or many, or energy-consistent (that of "
-        "absolute coordinates)",
+        "adaptive with located events, the paper's fixed steps, implicit generalized-alpha on elastic stops, "
+        "time-stepping for rigid contacts, one or many (of the full nodal model these two are the default), or "
+        "energy-consistent (that of absolute coordinates)",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10,

@@ -55,7 +55,6 @@ def scenario_of(root="pin", shape="uniform", **changes):
         "discretization__method": "fem",
         "discretization__modes": 0,
         "discretization__elements": 5,
-        "solver__scheme": "generalized-alpha",
         "beam__kelvin_voigt": 1e-5,
         "beam__mass_proportional": 0.3,
     }

@@ -16,12 +16,12 @@ from oblique_impact.validation.small_systems import Particle
 
 
 def test_energy_that_the_scheme_takes_is_warned_of(run):
-    """An undamped mesh: its shortest waves go on dissipation of the scheme, a fifth of what impacts take."""
+    """An undamped mesh on a stiff stop: the scheme takes its shortest waves, more than friction takes."""
     coarse = ("beam.kelvin_voigt=0", "discretization.elements=24", "solver.rho_infinity=0.5", "end_time=0.33")
-    steps = "solver.scheme=generalized-alpha", "solver.contact_step=2e-6"
-    summary = run("tapered", *steps, *coarse).summary
+    steps = "solver.scheme=generalized-alpha", "solver.contact_step=2e-6", "contact.normal=spring"
+    summary = run("tapered", *steps, *coarse, "contact.stiffness=1e9").summary
     energy = summary["energy"]
-    assert energy["lost_scheme"] > 0.1 * energy["lost_impact"]
+    assert energy["lost_scheme"] > energy["lost_friction"]
     (line,) = (words for words in summary["warnings"] if words.startswith("solver."))
     assert f"took {energy['lost_scheme']:.3g} J" in line
 
@@ -35,14 +35,14 @@ def test_the_balance_in_words_adds_up(run):
         assert ("supplied" in sum_, "lost" in sum_) == (name == "spin-up", name == "paper")
 
 
-@pytest.mark.parametrize(("restitution", "rho"), [(0.0, 0.25), (0.8, 0.8)])
-def test_stiff_damping_neither_feeds_nor_hides_energy_at_rebounds(restitution, rho):
-    """Kelvin-Voigt damping that no step resolves: a careless ledger finds 40 J of damping work in 8 J of energy.
+@pytest.mark.parametrize("rho", [0.25, 0.8])
+def test_stiff_damping_neither_feeds_nor_hides_energy_at_a_touch_down(rho):
+    """Kelvin-Voigt damping that no step resolves: the force on a contact point without inertia begins with a jump.
 
-    A flight after a rebound starts with a jump of the velocity as a contact does.
+    A ledger that takes the steps of backward Euler there for others leaves 0.016 J unaccounted for.
     """
     keys = "beam.kelvin_voigt=1e-4 beam.youngs_modulus=1.2e11 initial.angle=0 initial.angular_velocity=-7.4 "
-    keys += f"slope.origin=[0.06,-0.25] slope.angle=0.07 contact.point=0.5 contact.restitution={restitution} "
+    keys += "slope.origin=[0.06,-0.25] slope.angle=0.07 contact.point_inertia=none "
     keys += "contact.friction=frictionless discretization.method=fem discretization.modes=0 end_time=0.15 "
     keys += (
         "discretization.elements=7 discretization.grading=3 solver.contact_step=1e-5 "

@@ -12,7 +12,6 @@ from tests.systems import Block
 
 NODAL = (
     'discretization={method="fem", elements=8, modes=0, frame="mean-axis"}',
-    "solver.scheme=generalized-alpha",
     "solver.free_step=5e-4",
 )
 

@@ -137,7 +137,6 @@ def test_the_friction_of_an_impact_is_that_of_the_tip_at_rest_on_the_slope():
     for step in (2e-6, 1.3e-6, 1e-6):
         found = simulate(Scenario.builtin("damped", [*keys, f"solver.contact_step={step}"]))
         impulses.append(found.summary["macro_collisions"][0]["normal_impulse"])
-    # generalized-alpha, whose impacts have no friction, tends to 1.81437 N s by the first order of the elements
     assert impulses == pytest.approx([1.81436] * 3, abs=5e-6)
 
 

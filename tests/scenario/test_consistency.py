@@ -144,7 +144,10 @@ REFUSED = [
         f"{ABSOLUTE} {ANYWHERE} contact.grid=4 discretization.nodes=[0,0.3,0.5,0.75,1]",
         "0.25 m",
     ),
-    ("contact.normal", f"{NODAL} {ANYWHERE} solver.scheme=generalized-alpha", 'should be "spring"'),
+    ("solver.scheme", "solver.scheme=generalized-alpha", 'should be "event" or "time-stepping" with a rigid stop'),
+    ("solver.scheme", f"{NODAL} solver.scheme=generalized-alpha", 'should be "time-stepping" with a rigid stop'),
+    ("solver.scheme", f"{NODAL} {ANYWHERE} solver.scheme=generalized-alpha", 'should be "time-stepping"'),
+    ("solver.scheme", f"{MASSLESS} {ANYWHERE} solver.scheme=generalized-alpha", 'should be "event" or "time-st'),
     ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
     (
         "contact.point_inertia",
@@ -191,7 +194,7 @@ REFUSED = [
     ),
     ("solver.output_interval", "solver.output_interval=1e-9", "1e+09 samples of 333 values"),
     ("solver.free_step", "solver.scheme=fixed-step solver.free_step=1e-10", "more than 1000000000 steps"),
-    ("solver.contact_step", "solver.scheme=generalized-alpha solver.contact_step=1e-12", "more than 1000000000"),
+    ("solver.contact_step", "solver.scheme=time-stepping solver.contact_step=1e-12", "more than 1000000000"),
 ]
 
 

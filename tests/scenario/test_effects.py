@@ -208,6 +208,7 @@ IDLE = [
     ("exact", "solver.baumgarte_form", "plain"),
     ("smooth spring", "solver.baumgarte", "[20,500]"),
     ("axial", "solver.baumgarte", "[20,500]"),
+    ("alpha", "solver.baumgarte", "[20,500]"),
     ("alpha", "solver.stick", "force"),
     ("smooth", "solver.stick", "force"),
 ]

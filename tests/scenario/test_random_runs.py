@@ -202,7 +202,7 @@ UNACCOUNTED = {"event": 1e-8, "fixed-step": 1e-3, "generalized-alpha": 3e-4, "ti
 UNACCOUNTED["energy-consistent"] = 1e-8
 #: gaps of rigid stops (m): fixed steps close a contact where one has ended in it; time-stepping leaves h^2 times
 #: an acceleration, of some 1e4 m/s^2
-PENETRATION = {"event": 1e-9, "fixed-step": SPEED * STEP, "generalized-alpha": 1e-9, "time-stepping": 5e-6}
+PENETRATION = {"event": 1e-9, "fixed-step": SPEED * STEP, "time-stepping": 5e-6}
 #: slip (m/s) along with its friction; where it is not located that the slip turns, its change in a step
 DRIVEN = {"event": 1e-9, "generalized-alpha": 1e-8}
 

@@ -16,6 +16,7 @@ from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw, 
 from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from tests.docs.test_commands import DOCS, blocks
 from tests.refusals import refused_in_one_line
 from tests.systems import Block, PowerLaw
@@ -242,6 +243,11 @@ REFUSED = {
         {"base_motion": SpinUp()},
         {**TURNED, "root__profile": "constant-speed", "root__spin_rate": 1.0},
         "root.spin_rate = 0",
+    ),
+    "elastic stops alone": (
+        {"scheme": GeneralizedAlphaScheme(1e-4, 1e-5)},
+        {},
+        "scheme: should be an EventScheme or TimeSteppingScheme with a rigid stop, not GeneralizedAlphaScheme",
     ),
     "nodal": ({"scheme": STEPS}, NODAL, "scheme: only with discretization.modes >= 1"),
     "scheme of several": ({"scheme": STEPS}, ANYWHERE, 'scheme: only with contact.where = "point"'),

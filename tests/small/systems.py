@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from oblique_impact import History, Outcome
 from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless, ModifiedCoulomb
+from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
@@ -24,7 +25,8 @@ TOLERANCE = 1e-10  # of the event scheme
 EVENT_ERROR = 1e-9
 #: exact in exact arithmetic: what some thousand steps leave by rounding
 ROUNDING = 1e-11
-SCHEMES = ("event", "fixed-step", "generalized-alpha")
+RIGID = ("event", "fixed-step")  # schemes that take rigid stops with all laws
+SCHEMES = (*RIGID, "generalized-alpha")  # elastic ones
 
 
 def scheme_of(name: str, step: float, rho: float = 0.8) -> Any:
@@ -36,6 +38,19 @@ def scheme_of(name: str, step: float, rho: float = 0.8) -> Any:
     if name == "time-stepping":
         return TimeSteppingScheme(step, step, np.inf, 1e-12)
     return GeneralizedAlphaScheme(step, step, rho)
+
+
+class Ground(NamedTuple):
+    """A stop that carries a weight; a scheme that takes elastic ones alone has one that is pressed in by it."""
+
+    contact_law: ElasticStop | None
+    gap: float  # m, where it carries the weight
+
+
+def ground_of(scheme: str, weight: float, stiffness: float = 1e4) -> Ground:
+    """Return the ground of a scheme under a weight (N): rigid, or of a stiffness (N/m)."""
+    rigid = scheme != "generalized-alpha"
+    return Ground(None, 0.0) if rigid else Ground(ElasticStop(stiffness), -weight / stiffness)
 
 
 # --- scales

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from math import acos, asin, cos, pi, sin, sqrt
+from math import acos, cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -22,13 +22,16 @@ from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.processes import python
+from tests.refusals import refused_in_one_line
 from tests.small.systems import (
     EVENT_ERROR,
     GRAVITY,
+    RIGID,
     ROUNDING,
     SCHEMES,
     assert_order,
     completed,
+    ground_of,
     just_after,
     kinds_of,
     last,
@@ -46,34 +49,6 @@ RHOS = [0.0, 0.5, 0.8, 1.0]
 
 
 @pytest.mark.parametrize("rho", RHOS)
-def test_generalized_alpha_locates_the_release_of_a_lifted_mass(rho):
-    """m y'' = -m g + F sin(W t) + lambda_n, F = 20 N, W = 3 rad/s: lambda_n vanishes where F sin(W t) = m g.
-
-    Then y = F/W cos(W t0) s - F/W^2 (sin(W t) - sin(W t0)) - g s^2/2, s = t - t0.
-    """
-    rate, end, steps = 3.0, 0.5, np.array([1e-2, 5e-3, 2.5e-3])
-    times, heights = [], []
-    for h in steps:
-        late, high = [], []
-        for lift in (20.0, 20.3, 20.6, 20.9, 21.2):  # the error depends on where in a step the force vanishes
-            release = asin(GRAVITY / lift) / rate
-            s = end - release
-            height = lift / rate * cos(rate * release) * s - lift / rate**2 * (sin(rate * end) - GRAVITY / lift)
-            height -= 0.5 * GRAVITY * s**2
-            system = Block(lambda t, q, qd, lift=lift: (0.0, lift * sin(rate * t) - GRAVITY))
-            scheme = GeneralizedAlphaScheme(h, h, rho)
-            history = completed(simulate_system(system, REST, REST, end, scheme=scheme))
-            assert kinds_of(history) == ["release"]
-            late.append(abs(times_of(history)[0] - release))
-            high.append(abs(last(history, "gap") - height))
-        times.append(max(late))
-        heights.append(max(high))
-    # the force F cos(W t0) W s that lifts it is F W^2 h^2 away at most, which is so much over its slope in time
-    assert_order(steps, times, (1.7, 2.4), (rate * steps) ** 2 / rate)
-    assert_order(steps, heights, (1.7, 2.4), lift * s**2 * (rate * steps) ** 2)
-
-
-@pytest.mark.parametrize("rho", RHOS)
 def test_generalized_alpha_sees_a_graze_within_a_step(rho):
     """A ball that is pulled up flies v = 1.47 m/s towards the ground and would turn 5 mm under it, or 1 mm above.
 
@@ -84,16 +59,23 @@ def test_generalized_alpha_sees_a_graze_within_a_step(rho):
 
     def flight(depth: float) -> History:
         start, scheme = np.array([0.0, rise - depth]), GeneralizedAlphaScheme(h, h, rho)
-        pulled_up = Particle(above=GRAVITY)
-        return completed(simulate_system(pulled_up, start, np.array([0.0, -speed]), 3.0 * h, scheme=scheme))
+        options = {"scheme": scheme, "contact_law": ElasticStop(1e4)}
+        return completed(
+            simulate_system(Particle(above=GRAVITY), start, np.array([0.0, -speed]), 3.0 * h, **options)
+        )
 
     grazes = flight(5e-3)
-    assert kinds_of(grazes) == ["rebound"]
+    assert kinds_of(grazes)[0] == "impact"
     assert times_of(grazes)[0] == pytest.approx(turns - sqrt(2.0 * 5e-3 / GRAVITY), abs=ROUNDING)
     passes = flight(-1e-3)
     assert not kinds_of(passes)
     exact = 1e-3 + 0.5 * GRAVITY * (passes["time"].values - turns) ** 2
     assert passes["gap"].values == pytest.approx(exact, abs=ROUNDING)
+
+
+def test_generalized_alpha_takes_no_rigid_stop():
+    with refused_in_one_line("scheme: should be an EventScheme or TimeSteppingScheme with a rigid stop"):
+        simulate_system(Particle(above=-GRAVITY), [0.0, 0.1], REST, 0.1, scheme=GeneralizedAlphaScheme(1e-3, 1e-3))
 
 
 @pytest.mark.parametrize("rho", ["fixed-step", *RHOS])
@@ -104,11 +86,13 @@ def test_a_mass_on_a_spring_turns_until_friction_holds_it(rho):
     steps a turn is noticed up to h late: friction pushes on with 2 mu m g for h, by up to mu g h^2 in place.
     """
     exact, spring, fixed = np.array(VALUES["6g"]), Particle(above=-10.0, stiffness=1e4), rho == "fixed-step"
+    ground = ground_of("fixed-step" if fixed else "generalized-alpha", 10.0)
+    start = np.array([0.85e-3, ground.gap])
     steps, times, places = np.array([4e-4, 2e-4, 1e-4]) * (1.0 if fixed else 2.0), [], []
     for h in steps:
         scheme = FixedStepScheme(h, h) if fixed else GeneralizedAlphaScheme(h, h, rho)
-        options = {"friction": Coulomb(0.1, 0.1), "scheme": scheme}
-        history = completed(simulate_system(spring, np.array([0.85e-3, 0.0]), REST, 0.14, **options))
+        options = {"friction": Coulomb(0.1, 0.1), "scheme": scheme, "contact_law": ground.contact_law}
+        history = completed(simulate_system(spring, start, REST, 0.14, **options))
         assert kinds_of(history) == ["reversal"] * 3 + ["stick"]
         times.append(np.abs(times_of(history) - np.arange(1, 5) * pi / 100).max())
         found = np.array([just_after(history, "slip", t) for t in times_of(history)])
@@ -116,9 +100,9 @@ def test_a_mass_on_a_spring_turns_until_friction_holds_it(rho):
     if fixed:  # errors of first order depend on where in a step an event falls
         assert_order(steps, times, (0.4, 1.6), 4.04 * steps)
         assert np.all(places <= 4.0 * (0.1 * 10.0 + 8.5) * steps**2)
-    else:
+    else:  # where it turns it is at its amplitude, which dissipation of third order takes
         assert_order(steps, times, (1.7, 2.4), 4.0 * pi / 100 * (100.0 * steps) ** 2)
-        assert_order(steps, places, (1.7, 2.4), 4.0 * 0.85e-3 * (100.0 * steps) ** 2)
+        assert_order(steps, places, (2.7, 3.3), 4.0 * 0.85e-3 * (100.0 * steps) ** 3)
 
 
 def test_a_ball_that_bounces_under_fixed_steps_does_not_sink():
@@ -202,9 +186,7 @@ class Inclined(MechanicalSystem):
         return 0.5 * float(qd @ qd), 0.0, -float(self.force @ q)
 
 
-@pytest.mark.parametrize(
-    ("scheme", "error"), [("event", EVENT_ERROR), ("fixed-step", 1e-3), ("generalized-alpha", 1e-5)]
-)
+@pytest.mark.parametrize(("scheme", "error"), [("event", EVENT_ERROR), ("fixed-step", 1e-3)])
 def test_a_sliding_contact_that_could_hold_or_open_opens(scheme, error):
     """A_nn - mu A_nt = 1 - 3/2 is negative: with x'' = 1 without force x'' = 0 with 2 N solves the problem too.
 
@@ -258,7 +240,8 @@ def test_a_scheme_that_is_used_twice_gives_the_same_bytes(scheme):
     start = np.array([0.1, 0.05]), np.array([0.3, 0.0])
 
     def run(chosen: Any) -> History:
-        options = {"impact_law": NewtonImpact(0.5), "friction": Coulomb(0.3, 0.3), "scheme": chosen}
+        options = {"impact_law": NewtonImpact(0.5)} if scheme in RIGID else {"contact_law": ElasticStop(1e3)}
+        options |= {"friction": Coulomb(0.3, 0.3), "scheme": chosen}
         return simulate_system(system, *start, 0.3, **options)
 
     first, second, fresh = run(one), run(one), run(scheme_of(scheme, 5e-3))
@@ -273,9 +256,10 @@ def test_a_scheme_that_is_used_twice_gives_the_same_bytes(scheme):
 
 def test_a_sliding_block_stops_after_many_calls():
     """It brakes at 0.3 g + 0.5 m/s^2 from 4 m/s, and then friction holds it."""
-    block, start = Particle(above=-GRAVITY, along=-0.5), (REST, np.array([4.0, 0.0]))
-    scheme = GeneralizedAlphaScheme(4e-4, 4e-4)
-    history = completed(simulate_system(block, *start, 1.8, friction=Coulomb(0.4, 0.3), scheme=scheme))
+    block, ground = Particle(above=-GRAVITY, along=-0.5), ground_of("generalized-alpha", GRAVITY)
+    start = np.array([0.0, ground.gap]), np.array([4.0, 0.0])
+    options = {"contact_law": ground.contact_law, "scheme": GeneralizedAlphaScheme(4e-4, 4e-4)}
+    history = completed(simulate_system(block, *start, 1.8, friction=Coulomb(0.4, 0.3), **options))
     brake = 0.3 * GRAVITY + 0.5
     assert kinds_of(history) == ["stick"]
     assert times_of(history)[0] == pytest.approx(4.0 / brake, abs=1e-6)
@@ -325,8 +309,13 @@ INTERPRETED = {
         "solver__free_step": 2e-5,
         "solver__contact_step": 2e-5,
     },
-    "generalized-alpha": {"solver__scheme": "generalized-alpha", "end_time": 1e-3, "solver__contact_step": 2e-5},
-    "nodal": {"solver__scheme": "generalized-alpha", "end_time": 1e-3, "solver__contact_step": 2e-5, **NODAL},
+    "generalized-alpha": {
+        "solver__scheme": "generalized-alpha",
+        "end_time": 1e-3,
+        "solver__contact_step": 2e-5,
+        "contact__normal": "spring",
+    },
+    "nodal": {"solver__scheme": "time-stepping", "end_time": 1e-3, "solver__contact_step": 2e-5, **NODAL},
     "event on a spring": {"solver__scheme": "event", "end_time": 1e-3, "contact__normal": "spring"},
 }
 _RUN = """

@@ -284,7 +284,7 @@ def declared_orders(axis: str, scenario: Scenario, quantities: Sequence[str]) ->
     """Return the orders that hold for any scenario, by quantity; few do.
 
     Frequencies of Hermite elements, and with them everything at a fixed number of modes, converge at order 4;
-    generalized-alpha is of its order on motions without a rigid stop.  Forces and counts get none.
+    generalized-alpha is of its order in flight and on springs.  Forces and counts get none.
     """
     rigid = scenario.contact.enabled and scenario.contact.normal == "rigid"
     if axis == "elements" and scenario.discretization.modes > 0:

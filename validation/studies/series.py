@@ -50,7 +50,7 @@ def _steps(scenario: Scenario, level: float) -> Scenario:
     if solver.scheme == "event":
         raise InputError(
             '--steps: solver.scheme = "event" chooses its steps itself; refine --tolerances, '
-            "or take --set solver.scheme=fixed-step or generalized-alpha"
+            "or take --set solver.scheme=fixed-step, time-stepping or, on an elastic stop, generalized-alpha"
         )
     changed = {"solver__free_step": level}
     if scenario.contact.enabled:
