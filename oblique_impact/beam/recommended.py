@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from oblique_impact.beam.cross_sections import Sections, check_numbers
+from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.validity.limits import (
     LIGHT,
     elastic_stops,
@@ -20,6 +21,8 @@ from oblique_impact.scenario.sections import MAX_MODES
 
 #: modes of a beam whose stop needs no more
 _LEAST = 6
+#: of E I/L, a clamp that lowers the first frequency of a uniform beam by 1 %
+_STIFF = 200.0
 
 
 def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenario, list[str]]:
@@ -81,7 +84,24 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
             why = 'the most; more are needed: take discretization.method = "fem" and modes = 0, all of its nodes'
         wanted["discretization.modes"] = max(_LEAST, min(count, MAX_MODES)), why
         found = _with(found, {"discretization.modes": wanted["discretization.modes"][0]})
-    return found, [f"{key} = {value}: {why}" for key, (value, why) in wanted.items()]
+    reasons = [f"{key} = {value}: {why}" for key, (value, why) in wanted.items()]
+    return found, reasons + ([_of_clamp(scenario)] if scenario.root.kind == "driven" else [])
+
+
+def _of_clamp(scenario: Scenario) -> str:
+    """Say by how much the clamp of a root that is held or driven lowers the first frequency.
+
+    That of a uniform beam falls by the part 2 E I/(k L) where the spring k is stiff.
+    """
+    sections, given = Sections.from_scenario(scenario), scenario.root.stiffness
+    stiffness = given or float(f"{_STIFF * float(sections.bending_stiffness(0.0)) / sections.length:.2g}")
+    yielding, rigid = (
+        lowest_elastic_frequency(scenario.adapted(root__stiffness=k, root__damping=0.0)) for k in (stiffness, 0.0)
+    )
+    lower = f"{100.0 * (1.0 - yielding / rigid):.2g} %"
+    if given:
+        return f"root.stiffness = {given:g}: its clamp yields, which lowers the first frequency by {lower}"
+    return f"root.stiffness = 0: a rigid clamp; one of {stiffness:g} N m/rad lowers the first frequency by {lower}"
 
 
 def _with(scenario: Scenario, values: dict[str, Any]) -> Scenario:

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from oblique_impact import Scenario, builtin_cases, simulate, start_scenario
+from oblique_impact import Scenario, builtin_cases, natural_frequencies, simulate, start_scenario
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
 
@@ -103,3 +103,19 @@ def test_bad_input_is_one_line_and_a_file_that_is_there_stays(tmp_path, refused)
     (tmp_path / "a.toml").write_text("end_time = 0.2\n", encoding="utf-8")
     assert "is there already" in refused("init", tmp_path / "a.toml")
     assert (tmp_path / "a.toml").read_text(encoding="utf-8") == "end_time = 0.2\n"
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 5000.0])
+def test_recommended_settings_say_what_a_clamp_that_yields_does(tmp_path, cli, stiffness):
+    """A share of the first frequency, against the frequencies of `modes`."""
+    file = tmp_path / "held.toml"
+    keys = ("root.kind=driven", f"root.stiffness={stiffness}")
+    assert cli("init", file, "--recommended", *(f"--set={key}" for key in keys))[0] == 0
+    line = next(line for line in file.read_text("utf-8").splitlines() if "lowers the first frequency" in line)
+    percent = float(re.search(r"lowers the first frequency by ([\d.]+) %", line)[1])
+    spring = stiffness or float(re.search(r"one of ([\d.e+]+) N m/rad", line)[1])
+    rigid, yielding = (
+        natural_frequencies(Scenario.builtin("paper", ["root.kind=driven", f"root.stiffness={k}"])).chordwise[0, 0]
+        for k in (0.0, spring)
+    )
+    assert percent == pytest.approx(100.0 * (1.0 - yielding / rigid), rel=0.05)  # two digits
