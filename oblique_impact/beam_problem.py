@@ -132,7 +132,7 @@ def beam_of(scenario: Scenario, parts: Parts = Parts()) -> Beam:
     if scenario.is_nodal:
         from oblique_impact.fem_beam import build_nodal  # which is built on `beam`
 
-        return FullBeam(scenario, build_nodal(scenario))
+        return FullBeam(scenario, build_nodal(scenario), parts.base_motion)
     return Beam(scenario, build_operators(scenario, parts.discretization), parts.base_motion)
 
 

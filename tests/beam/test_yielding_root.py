@@ -354,6 +354,19 @@ def test_a_drive_of_ones_own_works_through_its_clamp():
     assert_allclose(history["theta"].values, angle, atol=1e-8)
 
 
+def test_a_drive_of_ones_own_turns_all_nodes(interpreted):
+    """By mid-point steps of 0.1 ms, whose drive errs by their square."""
+    nodes = (
+        "discretization.method=fem discretization.modes=0 discretization.elements=3 solver.scheme=time-stepping"
+    )
+    keys = CLAMP, FREE, nodes, "solver.free_step=1e-4 end_time=0.01"
+    history = simulate(paper(*keys), base_motion=Swing())
+    angle = math.pi / 4 + 0.1 * (1.0 - np.cos(30.0 * history["time"].values))
+    assert_allclose(history["theta"].values, angle, atol=1e-7)
+    assert abs(history.balance["unaccounted"]) < 1e-7 * history.balance["supplied"]
+    assert history.balance["supplied"] > 0.0
+
+
 def regular(history):
     """Coordinates at multiples of 1 ms: fixed steps take samples beside them."""
     times, rows = np.unique(history["time"].values, return_index=True)
