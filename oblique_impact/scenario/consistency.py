@@ -71,11 +71,11 @@ def _of_many_contacts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     several = 'with contact.where = "anywhere"'
     if not s.contact.shortening:
         yield "contact.shortening", f"should be true {several}"
-    steps = s.solver.scheme == "time-stepping"
-    if s.is_nodal and s.contact.normal == "rigid" and not steps:
+    strikes, steps = s.contact.enabled and s.contact.normal == "rigid", s.solver.scheme == "time-stepping"
+    if s.is_nodal and strikes and not steps:
         marched = 'for a rigid stop take solver.scheme = "time-stepping", or keep modes'
         yield "contact.normal", f'should be "spring" {several} and the full nodal model; {marched}'
-    if s.solver.scheme not in ("event", "time-stepping") and s.contact.normal == "rigid":
+    if s.solver.scheme not in ("event", "time-stepping") and strikes:
         yield "solver.scheme", f'should be "event" or "time-stepping" {several} and a rigid stop'
     if s.contact.surface == "section" and _is_tapered(s):
         yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
