@@ -10,6 +10,7 @@ import pytest
 from oblique_impact import Scenario, builtin_cases, simulate, start_scenario
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES
 
 
 @pytest.mark.parametrize("case", builtin_cases(), ids=lambda case: case.name)
@@ -44,9 +45,10 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
     made = start_scenario(file, name)
     text = file.read_text(encoding="utf-8")
     assert made == Scenario.load(str(file)) == Scenario.builtin(name)
-    taken = re.sub(r"^#(?=\w+ = )", "", text, flags=re.MULTILINE)
+    followers = SHAPE_PROPERTIES if made.beam.section.shape else ()  # are refused beside a shape
+    taken = re.sub(rf"^#(?!{'|'.join((*followers, '#'))})(?=\w+ = )", "", text, flags=re.MULTILINE)
     assert Scenario.from_toml(taken) == made
-    for path in key_schemas():
+    for path in set(key_schemas()) - {f"beam.{name}" for name in followers}:
         assert re.search(rf"^(\[\[)?{path.rpartition('.')[2]}( = |\]\])", taken, re.MULTILINE), path
     assert max(map(len, text.splitlines())) <= 110
     # what is given stays given, what follows other keys goes on following them
