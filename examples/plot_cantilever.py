@@ -191,5 +191,5 @@ for name, scenario in runs.items():
 # A tenth of a second, from peg to peg and back. From close by the strip and its pegs are seen at their true scale,
 # with the force on the place that touches.
 
-look = Style(size=(720, 420), ghosts=False)
+look = Style(size=(720, 560), ghosts=False)
 render(history, "cantilever_4.gif", look, between=(1.86, 1.96), seconds=7.0, fps=12)
