@@ -80,8 +80,8 @@ with figure_style():
 # ``docs/studies/cantilever.toml``, in all nodes of sixteen elements. The pegs stiffen the strip, so that its
 # resonance leans to higher frequencies. On the way up it goes on striking both pegs until it falls off behind 15
 # Hz; on the way down it touches neither until 11 Hz, and its swing is that of the closed form, but for gravity,
-# which stiffens the hanging strip a little. At 12.5 and 13 Hz the large motion does not repeat, at 10 Hz it takes
-# two periods of the frame.
+# which stiffens the hanging strip a little. At 10 Hz the motion takes two periods of the frame; at 12.5 and 13 Hz
+# the large one repeats after many, if at all.
 
 with tempfile.TemporaryDirectory() as folder:
     plan = load_plan(docs / "studies" / "cantilever.toml")
