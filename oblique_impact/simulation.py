@@ -106,8 +106,13 @@ def compute_history(
     on_progress: ProgressCallback | None = None,
     parts: Parts = Parts(),
     initial_state: History | tuple[Array, Array] | None = None,
+    stops: tuple[float, ...] = (),
 ) -> History:
-    """Run a scenario as :func:`simulate` does, for callers that show the warnings in the summary themselves."""
+    """Run a scenario as :func:`simulate` does, for callers that show the warnings in the summary themselves.
+
+    A step ends at each of the `stops` (s), also where its length is given, and a sample is there if it is a multiple
+    of the output interval.
+    """
     require_scenario(scenario, "simulate")
     parts.check(scenario)
     if scenario.is_absolute:
@@ -123,6 +128,7 @@ def compute_history(
         if start is not None:
             q0, qd0, earlier = start
             problem = replace(problem, q0=q0, qd0=qd0, earlier=earlier if scenario.contact.enabled else {})
+        problem = replace(problem, breakpoints=(*problem.breakpoints, *stops))
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
         variables = beam_variables(beam, samples)

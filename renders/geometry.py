@@ -29,6 +29,8 @@ Integers = NDArray[np.int64]
 
 #: deformation factors to choose from, and how much of the length the largest deviation may become
 _FACTORS, _VISIBLE = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0), 0.06
+#: of the beam's length: pegs that are no farther apart, as on both sides of the beam, are seen together from close by
+_BESIDE = 0.05
 
 #: results along the beam that the surface carries, with their units
 QUANTITIES = {
@@ -276,8 +278,9 @@ class BeamGeometry:
     def close_contact(self, k: float) -> int:
         """Return the number of the contact that is shown from close by at sample k.
 
-        It is the main one.  Where the beam can touch its obstacle at several places, or other sides, it is one of
-        those that are closed until that opens, then the one that pushes most; in flight the last one.
+        It is the main one.  Where the beam can touch its obstacle at several places, or other sides, or a peg
+        beside it, it is one of those that are closed until that opens, then the one that pushes most; in flight the
+        last one.
         """
         return int(self._close_contacts[int(k)])
 
@@ -286,6 +289,9 @@ class BeamGeometry:
         shown = np.full(self.times.size, self.main_contact)
         obstacles, on_sides = self.values("contact_obstacle"), np.array([place.on_side for place in self._places])
         own = (obstacles == obstacles[self.main_contact]) | (on_sides & on_sides[self.main_contact])
+        points = np.array([complex(*place.numbers[:2]) for place in self._places])
+        away = np.abs(points - points[self.main_contact])
+        own |= ~on_sides & ~on_sides[self.main_contact] & (away < _BESIDE * self.scenario.beam.length)
         if np.count_nonzero(own) == 1:
             return shown
         closed = (self.values("contact_state") != State.FREE) & own

@@ -22,6 +22,7 @@ ORDER = (
     "edge",
     "shaken",
     "stops",
+    "cantilever",
     "campbell",
     "own_laws",
     "own_system",

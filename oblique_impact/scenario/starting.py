@@ -18,6 +18,7 @@ from oblique_impact.scenario.scenario import Scenario, builtin_names, builtin_te
 _COLLISIONS: dict[str, tuple[float, ...]] = {
     "paper": (0.317, 0.676, 0.926),
     "bouncing": (0.317, 0.644, 0.908),
+    "cantilever": (0.091,),
     "damped": (0.317, 0.659, 0.853, 0.977),
     "edge": (0.377,),
     "elastic-stop": (0.317, 0.865),

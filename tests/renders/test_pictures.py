@@ -169,6 +169,16 @@ def test_the_band_lies_on_the_face_from_the_first_to_the_last_closed_place(run, 
     assert np.mean(picture[y, x, 0] - picture[y, x, 2] > 100) > 0.7  # marks of forces are white
 
 
+def test_the_close_view_tells_of_the_peg_that_is_struck_of_two_that_face_each_other(run):
+    story = story_of([run("cantilever", "end_time=0.3")], Style(size=SIZE))
+    geometry = story.geometries[0]
+    struck = {contact.obstacle for contact in story.histories[0].contacts}
+    for contact in story.histories[0].contacts:
+        k = geometry.index(0.5 * (contact.start + contact.end))
+        assert geometry.closed(k)[geometry.close_contact(k)]
+    assert struck == {1, 2}
+
+
 def test_the_close_view_stays_with_a_contact_until_it_opens_and_shows_its_force(run):
     story = story_of([run("slap", *SLAPS["below"])], Style(size=SIZE))
     geometry = story.geometries[0]

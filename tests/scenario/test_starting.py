@@ -10,6 +10,7 @@ import pytest
 from oblique_impact import Scenario, builtin_cases, natural_frequencies, simulate, start_scenario
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES
 
 
 @pytest.mark.parametrize("case", builtin_cases(), ids=lambda case: case.name)
@@ -21,10 +22,10 @@ def test_a_run_is_as_the_list_says_and_accounts_for_its_energy(run, case):
     assert begins == pytest.approx(case.collisions, abs=6e-4)
     energy, allowed = history.balance, 1e-8
     if history.scenario.solver.scheme == "generalized-alpha":
-        allowed = 5e-7 * energy["initial"]
+        allowed = 5e-7 * abs(energy["initial"])
     assert abs(energy["unaccounted"]) < allowed
     losses = sum(energy[f"lost_{way}"] for way in ("impact", "friction", "damping", "scheme"))
-    assert abs(energy["lost_scheme"]) <= max(0.03 * losses, 1e-3 * energy["initial"])
+    assert abs(energy["lost_scheme"]) <= max(0.03 * losses, 1e-3 * abs(energy["initial"]))
     assert not [line for line in history.summary["warnings"] if line.startswith("solver.")]
 
 
@@ -43,9 +44,10 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
     made = start_scenario(file, name)
     text = file.read_text(encoding="utf-8")
     assert made == Scenario.load(str(file)) == Scenario.builtin(name)
-    taken = re.sub(r"^#(?=\w+ = )", "", text, flags=re.MULTILINE)
+    followers = SHAPE_PROPERTIES if made.beam.section.shape else ()  # are refused beside a shape
+    taken = re.sub(rf"^#(?!{'|'.join((*followers, '#'))})(?=\w+ = )", "", text, flags=re.MULTILINE)
     assert Scenario.from_toml(taken) == made
-    for path in key_schemas():
+    for path in set(key_schemas()) - {f"beam.{name}" for name in followers}:
         assert re.search(rf"^(\[\[)?{path.rpartition('.')[2]}( = |\]\])", taken, re.MULTILINE), path
     assert max(map(len, text.splitlines())) <= 110
     # what is given stays given, what follows other keys goes on following them

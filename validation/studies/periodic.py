@@ -226,13 +226,12 @@ def steady_state(
         In one line, for a scenario whose base is not harmonic, or as :func:`~oblique_impact.simulation.simulate`.
     """
     require_periodic(scenario)
-    period = 1.0 / scenario.base.frequency
-    settling = scenario.replace(
-        end_time=2 * settings.longest * period, solver__output_interval=period / _PER_PERIOD
-    )
+    period, count = 1.0 / scenario.base.frequency, 2 * settings.longest
+    settling = scenario.replace(end_time=count * period, solver__output_interval=period / _PER_PERIOD)
+    ends = tuple(number * period for number in range(1, count))  # which steps of a given length would miss
     samples, found = list[float](), 0
     while not found and len(samples) < settings.transient:
-        history = simulate(settling, on_progress, initial_state=initial_state)
+        history = simulate(settling, on_progress, initial_state=initial_state, stops=ends)
         if history.outcome is not Outcome.COMPLETED:
             return history
         motion, whole = _motion(history), _whole_periods(history, period)
