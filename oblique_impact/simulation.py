@@ -110,8 +110,8 @@ def compute_history(
 ) -> History:
     """Run a scenario as :func:`simulate` does, for callers that show the warnings in the summary themselves.
 
-    A step ends at each of the `stops` (s), also where its length is given, and a sample is there if it is a multiple
-    of the output interval.
+    A step ends at each of the `stops` (s), also where its length is given, and a sample is there if it is a
+    multiple of the output interval.
     """
     require_scenario(scenario, "simulate")
     parts.check(scenario)

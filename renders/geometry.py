@@ -29,7 +29,7 @@ Integers = NDArray[np.int64]
 
 #: deformation factors to choose from, and how much of the length the largest deviation may become
 _FACTORS, _VISIBLE = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0), 0.06
-#: of the beam's length: pegs that are no farther apart, as on both sides of the beam, are seen together from close by
+#: of the beam's length: pegs that are no farther apart, as on both sides of the beam, are seen together close by
 _BESIDE = 0.05
 
 #: results along the beam that the surface carries, with their units
@@ -279,8 +279,8 @@ class BeamGeometry:
         """Return the number of the contact that is shown from close by at sample k.
 
         It is the main one.  Where the beam can touch its obstacle at several places, or other sides, or a peg
-        beside it, it is one of those that are closed until that opens, then the one that pushes most; in flight the
-        last one.
+        beside it, it is one of those that are closed until that opens, then the one that pushes most; in flight
+        the last one.
         """
         return int(self._close_contacts[int(k)])
 
