@@ -38,6 +38,7 @@ from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Status
+from oblique_impact.resting import start_at_rest
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
 ProgressCallback = Callable[[Status], None]
@@ -118,7 +119,11 @@ def compute_history(
         history = simulate_exact(scenario, on_progress, parts=parts)
     else:
         beam = beam_of(scenario, parts)
-        start = None if initial_state is None else begin_at(beam, initial_state)
+        start = None
+        if initial_state is not None:
+            start = begin_at(beam, initial_state)
+        elif scenario.initial.state != "undeformed":
+            start = start_at_rest(beam, parts)
         problem = beam_problem(beam, parts)
         if start is not None:
             q0, qd0, earlier = start

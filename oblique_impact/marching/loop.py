@@ -210,7 +210,7 @@ class Run:
     def _start(self) -> Outcome | None:
         probe = self._probe()
         change = self.decision.start(probe, self.problem.earlier)
-        if change.events:
+        if any(i not in self.problem.earlier for i, _ in change.events):  # those that go on are not found here
             self._sample()
         return self._apply(change, probe)
 

@@ -1,0 +1,387 @@
+"""Beams at rest: the equilibrium of a scenario under its loads at t = 0, and that of a beam that is plucked.
+
+Coordinates q and contact forces s >= 0, without friction, obey
+
+    F(q) + D^T s = 0,    0 <= s  _|_  g(q) + W s >= 0
+
+with the generalized forces F of weight, torque and elasticity, gaps g and their rows D = dg/dq; W is the compliance
+of springs and beds with what the coordinates leave out of the beam, 0 of rigid stops.  From the undeformed beam
+Newton's method goes on with those contacts that are closed (an active set); where the tangent is not positive
+definite, or contacts open or close, a step is that to the least of a quadratic energy under all linearized gaps (a
+least-distance problem, Lawson and Hanson, Solving Least Squares Problems, 1974, Ch. 23), no longer than a tenth of
+a radian and of the beam's length: so a beam comes down on what it falls on, and no unstable equilibrium is found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_solve, cholesky, null_space, solve_triangular
+from scipy.optimize import nnls
+
+from oblique_impact.beam.beam import Beam, ContactPlace
+from oblique_impact.beam.bent_beam import direction_of
+from oblique_impact.beam_problem import Parts, beam_of, beam_tolerances, decision_about, scheme_of
+from oblique_impact.contact.compliance import across
+from oblique_impact.contact.elastic import stop_force
+from oblique_impact.contact.state import DIRECTION, SLIDING, STICKING, Candidate, Contacts
+from oblique_impact.contact.stops import NO_INERTIA
+from oblique_impact.contact.transitions import Earlier
+from oblique_impact.errors import InputError
+from oblique_impact.kernels.jit import is_compiled
+from oblique_impact.kernels.workspace import FORCES, Array
+from oblique_impact.marching.sampling import solve_problem
+from oblique_impact.scenario.messages import refused
+
+Mask = NDArray[np.bool_]
+
+_MOST_STEPS = 500
+#: largest step: rotation (rad), and deflection over the length
+_LONGEST = 0.1
+#: sizes of a step: a smaller one than the last that does not halve it is rounding; one that is no number's
+_SETTLED, _ROUNDING = 1e-9, 1e-15
+#: of the beam's length: gaps that are no deeper are closed to rounding
+_ROUNDED = 1e-12
+#: of coordinates, for differences of the forces of contacts
+_DIFFERENCE = 1e-5
+#: of the beam's length: candidates that are farther away than this are not looked at in a step
+_NEAR = 0.5
+
+
+class Point(NamedTuple):
+    """Forces and contacts of a beam in a state, of n candidates and d coordinates."""
+
+    load: Array  # (d,) F, with the forces by the change of compliances
+    pushed: Array  # (d,) these alone
+    gaps: Array  # (n,) m
+    slips: Array  # (n,) m
+    rows: Array  # (n, 2, d) of gap and slip
+    pressing: Array  # (n,) N, of closed elastic contacts, with their damping
+
+
+class Balance:
+    """The forces on a beam of a scenario in any state, and on its candidates of contact those of its law.
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam, in any model but the exact one.
+    parts : Parts
+        User-defined parts of the run.
+    """
+
+    def __init__(self, beam: Beam, parts: Parts = Parts()) -> None:
+        s, self.beam = beam.scenario, beam
+        compliance, system = beam.compliance, beam.model
+        if s.contact.normal == "rigid" and compliance is not None and compliance.bends:
+            parts = replace(parts, contact_law=NO_INERTIA)  # in time-stepping too, whose own law has it elsewhere
+        tolerances, scheme = beam_tolerances(s, beam.mass), parts.scheme or scheme_of(s)
+        self.decision = decision_about(beam.candidates, s, scheme, tolerances, parts, compliance)
+        self.elastic, self.count = self.decision.compliant, len(beam.candidates)
+        self.free = slice(1 if s.root.kind == "driven" else 0, beam.size)
+        packed = is_compiled(system)
+        self._flight = [self.decision.free(i) for i in range(self.count)]
+        bent = compliance if compliance is not None and compliance.bends else None
+        self.contacts = Contacts.new(self._flight, beam.size, packed, self.decision.law, bent)
+        self.work, self._mass = system.new_workspace(), np.zeros(1)
+        self.enabled = s.contact.enabled
+
+    def at(self, q: Array, qd: Array, closed: Mask) -> Point:
+        """Return forces and contacts at coordinates and velocities (d,), with these contacts closed (n,)."""
+        contacts = self.contacts
+        for i, c in enumerate(self._flight):
+            state = self.decision.opened(i, c).changed(state=SLIDING, axial=0.0) if closed[i] else c
+            contacts.take(i, state)
+        contacts.push[:] = 0.0
+        solve_problem(self.beam.model, contacts, 0.0, q, qd, self.work, self._mass)
+        found = [contacts.of(i) for i in range(self.count)]
+        pressing = np.zeros(self.count)
+        for i in np.flatnonzero(closed) if self.elastic else ():
+            pressing[i] = stop_force(self.decision.law, found[i], found[i].depth, found[i].depth_rate)
+        return Point(
+            self.work.vectors[FORCES].copy(),
+            contacts.push.copy(),
+            np.array([c.gap for c in found]),
+            np.array([c.slip for c in found]),
+            contacts.rows[DIRECTION, :, :2].copy(),
+            pressing,
+        )
+
+    def mass_matrix(self) -> Array:
+        """Return the mass matrix (d, d) in the state of the last `at`."""
+        product, columns = np.zeros(self.beam.size), []
+        for unit in np.eye(self.beam.size):
+            self.beam.model.mass_product(float(self._mass[0]), self.work, unit, product)
+            columns.append(product.copy())
+        return np.array(columns).T
+
+    def are_beyond(self, slips: Array) -> Mask:
+        """Return which contacts are beyond the ends of their sides at slips (n,) in m."""
+        pairs = zip(self.decision.pairs, slips.tolist(), strict=True)
+        return np.array([pair.is_beyond(slip) for pair, slip in pairs])
+
+    def compliances(self, near: NDArray[np.intp], fixed: Mask) -> Array:
+        """Return W (m, m) in m/N of elastic contacts, but those that are `fixed`, in the state of the last `at`."""
+        found, bent = np.zeros((near.size, near.size)), self.contacts.compliance
+        if not self.elastic:
+            return found
+        for k, i in enumerate(near):
+            found[k, k] = self._softness(self.contacts.of(i))
+            for m, j in enumerate(near if bent is not None else ()):
+                found[k, m] += across(bent, i, 0, j, 0)
+        found[fixed], found[:, fixed] = 0.0, 0.0
+        return found
+
+    def size(self, move: Array) -> float:
+        """Return the size of a change of the free coordinates: rotation (rad), or deflection over the length."""
+        whole = np.zeros(self.beam.size)
+        whole[self.free] = move
+        return float(max(abs(self.beam.split(whole)[0]), self.beam.relative_deflection(whole[None])[0]))
+
+    def _softness(self, c: Candidate) -> float:
+        """Compression over force (m/N) of a stop alone where it is, or of one that begins to close."""
+        law, own = self.decision.law, c.share * c.stiffness
+        if law is not None and c.depth > 0.0:
+            force = float(stop_force(law, c, c.depth, 0.0))
+            own = force / (c.depth - c.compliance * force) if force > 0.0 else own
+        return 1.0 / own if own > 0.0 else 1e300
+
+    def contact_stiffness(self, q: Array, closed: Mask, held: Array) -> Array:
+        """Return the tangent stiffness (d, d) of the contacts by central differences of their forces.
+
+        Elastic ones push by their law at rest, all others with the forces `held` (n,) along their gaps.
+        """
+        found, still, size = np.zeros((q.size, q.size)), np.zeros_like(q), _DIFFERENCE
+        if not (closed.any() or held.any()):
+            return found
+        for j in range(self.free.start, q.size):
+            move = size * np.eye(1, q.size, j)[0]
+            before, after = (self._force(self.at(q + side * move, still, closed), held) for side in (-1.0, 1.0))
+            found[:, j] = -(after - before) / (2.0 * size)
+        return found
+
+    def _force(self, point: Point, held: Array) -> Array:
+        """Return the generalized force (d,) of all contacts."""
+        forces = np.where(point.pressing > 0.0, point.pressing, held)
+        return np.asarray(point.pushed + forces @ point.rows[:, 0])
+
+
+class Rest(NamedTuple):
+    """A beam at rest, and its n contacts."""
+
+    q: Array  # (d,) coordinates
+    forces: Array  # (n,) N, along the gaps
+    gaps: Array  # (n,) m
+    slips: Array  # (n,) m
+    rigid: Mask  # (n,) contacts that are held without compliance
+    elastic: Mask  # (n,) those that are closed on springs, beds, or what the coordinates leave out
+    stiffness: Array  # (d, d) tangent stiffness, with that of elastic contacts
+
+    @property
+    def closed(self) -> list[int]:
+        """Contacts that are closed, by their numbers."""
+        return np.flatnonzero(self.rigid | self.elastic).tolist()
+
+
+class Hold(NamedTuple):
+    """What holds a plucked beam at the last candidate of its balance: a gap (m) or, if there is none, a force (N)."""
+
+    gap: float | None = None
+    force: float = 0.0
+
+
+def rest(balance: Balance, start: Array, hold: Hold | None = None) -> Rest:
+    """Return the equilibrium that is found from coordinates (d,), with a `hold` or without.
+
+    Raises InputError if there is none, or none is found.
+    """
+    n, free, beam = balance.count, balance.free, balance.beam
+    q, forces, closed, last = start.copy(), np.zeros(n), np.zeros(n, dtype=bool), np.inf
+    is_hold = np.arange(n) == (n - 1 if hold else n)
+    below = np.zeros(n, dtype=bool)  # the line of a side, beyond its end
+    fixed = is_hold & (hold is not None and hold.gap is not None)
+    for _ in range(_MOST_STEPS):
+        elastic = closed.copy()
+        point = balance.at(q, np.zeros_like(q), elastic)
+        gaps, rows, load = point.gaps.copy(), point.rows[:, 0, free], point.load[free]
+        if hold is not None:
+            gaps[-1] -= hold.gap or 0.0
+            forces[-1] = forces[-1] if fixed[-1] else hold.force
+            load = load + (0.0 if fixed[-1] else hold.force) * rows[-1]
+        beyond = balance.are_beyond(point.slips) & ~is_hold
+        below = (below | (beyond & (last < np.inf))) & (point.gaps < 0.0)
+        possible = fixed | (
+            ~is_hold & ~beyond & ~below & balance.enabled & (gaps < _NEAR * beam.scenario.beam.length)
+        )
+        rigid = fixed | (possible & (forces > 0.0) & (not balance.elastic))
+        near = np.flatnonzero(possible)
+        W = balance.compliances(near, fixed[near])
+        bend = beam.rest_stiffness(q)
+        tangent = bend + balance.contact_stiffness(q, elastic, np.where(elastic, 0.0, forces))
+        tangent = 0.5 * (tangent + tangent.T)
+        stepped = _newton(tangent[free, free], load + point.pressing @ rows, rows[rigid], -gaps[rigid])
+        if stepped is not None:
+            move, new = stepped[0], np.zeros(n)
+            new[rigid] = stepped[1]
+            ahead, pressed = gaps[near] + rows[near] @ move, elastic[near]
+            new[near[pressed]] = np.linalg.solve(W[np.ix_(pressed, pressed)], -ahead[pressed])
+            ahead += W @ new[near]
+            size, on = balance.size(move), rigid | elastic
+            opens = np.any(new[on & ~fixed] <= 0.0)
+            closes = np.any(ahead[~on[near]] < -_ROUNDED * beam.scenario.beam.length)
+            if size <= _LONGEST and not opens and not closes:
+                q[free] += move
+                forces = new
+                if size <= _ROUNDING or (size <= _SETTLED and size > 0.5 * last):
+                    return Rest(
+                        q, np.where(elastic, point.pressing, new), point.gaps, point.slips, rigid, elastic, tangent
+                    )
+                last = size
+                continue
+        move, found = _descend(balance, bend, load, rows[near], -gaps[near], W, fixed[near])
+        size = balance.size(move)
+        if size <= _ROUNDING:
+            raise _unheld(balance)
+        last = min(size, _LONGEST)
+        q[free] += move * last / size
+        forces = np.zeros(n)
+        forces[near] = found
+        closed = (forces > 0.0) & balance.elastic & ~is_hold
+    words = "no equilibrium is found from initial.angle: nothing holds the beam"
+    raise refused("initial.state", beam.scenario.initial.state, words)
+
+
+def _unheld(balance: Balance) -> InputError:
+    """Return the error of a beam that nothing holds."""
+    words = "there is no equilibrium that is stable: nothing holds the beam where it is"
+    return refused("initial.state", balance.beam.scenario.initial.state, words)
+
+
+def _newton(tangent: Array, load: Array, rows: Array, wanted: Array) -> tuple[Array, Array] | None:
+    """Return the step (d,) with rows.step = wanted, and the forces on these; None of one that is not stable."""
+    count = len(rows)
+    if np.linalg.matrix_rank(rows) < count:
+        return None
+    base = null_space(rows) if count else np.eye(load.size)
+    try:
+        cholesky(base.T @ tangent @ base)
+    except LinAlgError:
+        return None
+    # of one size: the multipliers are forces in units of the largest stiffness
+    scale = float(np.max(np.abs(tangent)))
+    matrix = np.block([[tangent, -scale * rows.T], [scale * rows, np.zeros((count, count))]])
+    try:
+        found = np.linalg.solve(matrix, np.concatenate([load, scale * wanted]))
+    except np.linalg.LinAlgError:
+        return None
+    return found[: load.size], scale * found[load.size :]
+
+
+def _descend(
+    balance: Balance, bend: Array, load: Array, rows: Array, wanted: Array, W: Array, both: Mask
+) -> tuple[Array, Array]:
+    """Return the step (d,) to the least of a quadratic energy, and the contact forces (m,).
+
+    Gaps that are `wanted` are kept, rows.step + W s >= wanted; those that are held have `both` signs.  Raises
+    InputError if no step does.
+    """
+    factor = _positive(balance, bend)
+    down = cho_solve((factor, True), load)
+    signs = np.concatenate([np.ones(len(rows)), -np.ones(int(both.sum()))])
+    which = np.concatenate([np.arange(len(rows)), np.flatnonzero(both)])
+    if not which.size:
+        return down, np.zeros(0)
+    bent = solve_triangular(factor, (signs[:, None] * rows[which]).T, lower=True)
+    values, vectors = np.linalg.eigh(0.5 * (W + W.T))
+    soft = (np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)[:, which] * signs
+    constraints, least = np.concatenate([bent, soft]), signs * (wanted - rows @ down)[which]
+    lengths = np.linalg.norm(constraints, axis=0)
+    lengths[lengths == 0.0] = 1.0
+    constraints, least = constraints / lengths, least / lengths
+    scale = max(float(np.max(np.abs(least))), np.finfo(float).tiny)
+    matrix = np.concatenate([constraints, least[None] / scale])
+    target = np.append(np.zeros(len(constraints)), 1.0)
+    found, _ = nnls(matrix, target)
+    rest_of = matrix @ found - target
+    if not rest_of[-1] < -1e-12:
+        words = "there is no equilibrium: the obstacles leave the beam no room"
+        raise refused("initial.state", balance.beam.scenario.initial.state, words)
+    forces = -found / rest_of[-1] * scale / lengths * signs
+    pushes = np.bincount(which, forces, len(rows))
+    return down + cho_solve((factor, True), rows.T @ pushes), pushes
+
+
+def _positive(balance: Balance, bend: Array) -> Array:
+    """Return the Cholesky factor of the tangent, stiffened until it is positive definite.
+
+    By the stiffness of the pendulum, and a part of the tangent's diagonal.
+    """
+    beam, free, s = balance.beam, balance.free, balance.beam.scenario
+    turn = beam.joined(np.append(1.0, np.zeros(beam.operators.size)))
+    pendulum = s.largest_gravity * beam.operators.Sm + abs(s.root.torque)
+    diagonal = np.abs(np.diag(bend))
+    more = (pendulum or float(diagonal.max())) * np.outer(turn, turn)
+    for times in (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0):
+        try:
+            stiffer = bend + times * (more + 0.1 * np.diag(diagonal))
+            return np.asarray(cholesky(stiffer[free, free], lower=True))
+        except LinAlgError:
+            continue
+    raise _unheld(balance)
+
+
+# --- starts
+
+
+def start_at_rest(beam: Beam, parts: Parts = Parts()) -> tuple[Array, Array, dict[int, Earlier]]:
+    """Return coordinates and velocities (d,) of a run that starts as `initial.state` says, and its closed contacts.
+
+    Raises InputError if there is no equilibrium.
+    """
+    found = state_at_rest(beam, parts)
+    still = beam.initial_state()[1] * 0.0
+    plucked, sticks = beam.scenario.initial.state == "plucked", beam.scenario.contact.friction == "hybrid"
+    earlier = {
+        i: Earlier(STICKING if sticks else SLIDING, float(found.forces[i]), 0.0, float(found.slips[i]))
+        for i in found.closed
+        # a rigid contact may open as the beam is let go: its accelerations decide
+        if found.elastic[i] or not plucked
+    }
+    return found.q, still, earlier
+
+
+def state_at_rest(beam: Beam, parts: Parts = Parts()) -> Rest:
+    """Return the equilibrium of a beam or, if it is plucked, that in which it is held before t = 0."""
+    s = beam.scenario
+    free = rest(Balance(beam, parts), beam.initial_state()[0])
+    if s.initial.state != "plucked":
+        return free
+    held = beam_of(s, parts)
+    place, angle = s.initial.place, _axis_angle(beam, free.q, s.initial.place)
+    # a side through the root along the axis at the place, from whose gap the deflection counts
+    held.candidates = [*beam.candidates, ContactPlace(-1, True, (place, angle, 0.0, 0.0, 0.0, 0.0), (), 1.0)]
+    balance = Balance(held, parts)
+    gap = balance.at(free.q, np.zeros_like(free.q), np.zeros(balance.count, dtype=bool)).gaps[-1]
+    hold = Hold(gap + s.initial.deflection) if s.initial.deflection else Hold(force=s.initial.force)
+    found = rest(balance, free.q, hold)
+    own = slice(0, len(beam.candidates))
+    return found._replace(
+        forces=found.forces[own],
+        gaps=found.gaps[own],
+        slips=found.slips[own],
+        rigid=found.rigid[own],
+        elastic=found.elastic[own],
+    )
+
+
+def _axis_angle(beam: Beam, q: Array, place: float) -> float:
+    """Return the angle (rad) of the beam's axis at a place (m) in coordinates (d,)."""
+    along = beam.operators.along
+    if along is None:
+        raise InputError("discretization: a plucked beam needs shape functions anywhere, BeamOperators.along")
+    theta, B = (part := beam.split(q))[0], part[1:]
+    slope = float(along.derivative(np.array([place]), 1)[0] @ B)
+    return float(theta + np.angle(direction_of(np.array(slope), beam.foreshortening)))
