@@ -230,15 +230,15 @@ def rest(balance: Balance, start: Array, hold: Hold | None = None) -> Rest:
             new[near[pressed]] = np.linalg.solve(W[np.ix_(pressed, pressed)], -ahead[pressed])
             ahead += W @ new[near]
             size, on = balance.size(move), rigid | elastic
-            opens = np.any(new[on & ~fixed] <= 0.0)
+            opens = np.any(new[on & ~fixed] < -balance.decision.tolerances.force)
             closes = np.any(ahead[~on[near]] < -_ROUNDED * beam.scenario.beam.length)
             if size <= _LONGEST and not opens and not closes:
                 q[free] += move
-                forces = new
+                forces = np.where(fixed, new, np.maximum(new, 0.0))
                 if size <= _ROUNDING or (size <= _SETTLED and size > 0.5 * last):
-                    return Rest(
-                        q, np.where(elastic, point.pressing, new), point.gaps, point.slips, rigid, elastic, tangent
-                    )
+                    held = np.where(elastic, point.pressing, forces)
+                    closed = held > 0.0
+                    return Rest(q, held, point.gaps, point.slips, rigid & closed, elastic & closed, tangent)
                 last = size
                 continue
         move, found = _descend(balance, bend, load, rows[near], -gaps[near], W, fixed[near])
