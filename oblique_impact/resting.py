@@ -4,10 +4,10 @@ Coordinates q and contact forces s >= 0, without friction, obey
 
     F(q) + D^T s = 0,    0 <= s  _|_  g(q) + W s >= 0
 
-with the generalized forces F of weight, torque and elasticity, gaps g and their rows D = dg/dq; W is the compliance
-of springs and beds with what the coordinates leave out of the beam, 0 of rigid stops.  From the undeformed beam
-Newton's method goes on with those contacts that are closed (an active set); where the tangent is not positive
-definite, or contacts open or close, a step is that to the least of a quadratic energy under all linearized gaps (a
+with the generalized forces F of weight, torque and elasticity, gaps g and their rows D = dg/dq; W is the
+compliance of springs and beds with what the coordinates leave out of the beam, 0 of rigid stops.  From the
+undeformed beam Newton's method goes on with the contacts that are closed (an active set); where the tangent is not
+positive definite, or contacts open or close, a step is that to the least of a quadratic energy under all gaps (a
 least-distance problem, Lawson and Hanson, Solving Least Squares Problems, 1974, Ch. 23), no longer than a tenth of
 a radian and of the beam's length: so a beam comes down on what it falls on, and no unstable equilibrium is found.
 """
@@ -124,7 +124,7 @@ class Balance:
         return np.array([pair.is_beyond(slip) for pair, slip in pairs])
 
     def compliances(self, near: NDArray[np.intp], fixed: Mask) -> Array:
-        """Return W (m, m) in m/N of elastic contacts, but those that are `fixed`, in the state of the last `at`."""
+        """Return W (m, m) in m/N in the state of the last `at`, 0 of contacts that are `fixed`."""
         found, bent = np.zeros((near.size, near.size)), self.contacts.compliance
         if not self.elastic:
             return found
@@ -187,7 +187,7 @@ class Rest(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """What holds a plucked beam at the last candidate of its balance: a gap (m) or, if there is none, a force (N)."""
+    """What holds a plucked beam, the last candidate of its balance: a gap (m) or, without one, a force (N)."""
 
     gap: float | None = None
     force: float = 0.0
@@ -317,17 +317,14 @@ def _descend(
 def _positive(balance: Balance, bend: Array) -> Array:
     """Return the Cholesky factor of the tangent, stiffened until it is positive definite.
 
-    By the stiffness of the pendulum, and a part of the tangent's diagonal.
+    By springs: one on the frame, of the size of the weight's moment, and those of the beam's own bending.
     """
-    beam, free, s = balance.beam, balance.free, balance.beam.scenario
-    turn = beam.joined(np.append(1.0, np.zeros(beam.operators.size)))
-    pendulum = s.largest_gravity * beam.operators.Sm + abs(s.root.torque)
-    diagonal = np.abs(np.diag(bend))
-    more = (pendulum or float(diagonal.max())) * np.outer(turn, turn)
+    beam, free = balance.beam, balance.free
+    weight = beam.scenario.largest_gravity * beam.operators.Sm + abs(beam.scenario.root.torque)
+    more = beam.held_stiffness(weight or float(np.max(np.abs(bend))))
     for times in (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0):
         try:
-            stiffer = bend + times * (more + 0.1 * np.diag(diagonal))
-            return np.asarray(cholesky(stiffer[free, free], lower=True))
+            return np.asarray(cholesky((bend + times * more)[free, free], lower=True))
         except LinAlgError:
             continue
     raise _unheld(balance)
@@ -337,7 +334,7 @@ def _positive(balance: Balance, bend: Array) -> Array:
 
 
 def start_at_rest(beam: Beam, parts: Parts = Parts()) -> tuple[Array, Array, dict[int, Earlier]]:
-    """Return coordinates and velocities (d,) of a run that starts as `initial.state` says, and its closed contacts.
+    """Return coordinates and velocities (d,) at t = 0 as `initial.state` says, and the contacts that are closed.
 
     Raises InputError if there is no equilibrium.
     """

@@ -50,7 +50,7 @@ class VibrationModes:
     frequencies : ndarray, shape (n,)
         Natural frequencies (rad/s), without damping where modes are not coupled by it.
     damping : ndarray, shape (n,)
-        Damping ratios.  A motion that does not oscillate and is coupled to others has its rate as frequency, and 1.
+        Damping ratios.  One that does not oscillate and is coupled to others has its rate as frequency, and 1.
     closed : tuple of (int, float)
         Contacts that are closed: the obstacle (the slope is 0) and the place (m along the beam).
     stations : ndarray, shape (stations,)
@@ -97,8 +97,8 @@ def frequencies_at_rest(
     Parameters
     ----------
     scenario : Scenario
-        Its equilibrium is found from `initial.angle`, whatever `initial.state` says.  Modes are those of its model:
-        take enough of them, or all nodes of a mesh.
+        Its equilibrium is found from `initial.angle`, whatever `initial.state` says.  Modes are those of its
+        model: take enough of them, or all nodes of a mesh.
     count : int, optional
         Modes, 1 to 100; default: the scenario's number of modes, at least four.  Models may have fewer.
     friction : {"free", "stuck"}
@@ -168,7 +168,7 @@ def _matrices(balance: Balance, at: Rest) -> tuple[Array, Array, Array]:
 
 
 def _stuck(balance: Balance, at: Rest, stiffness: Array) -> tuple[Array, Array]:
-    """Return rows (m, d) that closed contacts hold along their obstacles, and the stiffness (d, d) with springs."""
+    """Return rows (m, d) that closed contacts hold along obstacles, and the stiffness (d, d) with springs."""
     rows, pairs = balance.contacts.rows[DIRECTION, :, 1][at.closed], balance.decision.pairs
     behind = [pairs[i].axial for i in at.closed]
     if not at.closed or behind[0] is None:

@@ -399,6 +399,10 @@ class Beam:
             found += self.scenario.root.stiffness * np.outer(turn, turn)
         return self._marched(found)
 
+    def held_stiffness(self, spring: float) -> Array:
+        """Return the stiffness (d, d) of a weightless beam whose frame is on a spring (N m/rad)."""
+        return self._marched(block_diag(spring, as_dense(self.operators.stiffness)))
+
     def _marched(self, matrix: Array) -> Array:
         """Return a matrix over [theta, B] (n + 1, n + 1) as one over the coordinates that are marched."""
         return matrix
