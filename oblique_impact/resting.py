@@ -99,7 +99,7 @@ class Balance:
         solve_problem(self.beam.model, contacts, 0.0, q, qd, self.work, self._mass)
         found = [contacts.of(i) for i in range(self.count)]
         pressing = np.zeros(self.count)
-        for i in np.flatnonzero(closed) if self.elastic else ():
+        for i in np.flatnonzero(closed).tolist() if self.elastic else ():
             pressing[i] = stop_force(self.decision.law, found[i], found[i].depth, found[i].depth_rate)
         return Point(
             self.work.vectors[FORCES].copy(),
@@ -128,10 +128,10 @@ class Balance:
         found, bent = np.zeros((near.size, near.size)), self.contacts.compliance
         if not self.elastic:
             return found
-        for k, i in enumerate(near):
+        for k, i in enumerate(near.tolist()):
             found[k, k] = self._softness(self.contacts.of(i))
-            for m, j in enumerate(near if bent is not None else ()):
-                found[k, m] += across(bent, i, 0, j, 0)
+            if bent is not None:
+                found[k] += [across(bent, i, 0, j, 0) for j in near.tolist()]
         found[fixed], found[:, fixed] = 0.0, 0.0
         return found
 
@@ -310,7 +310,8 @@ def _descend(
         words = "there is no equilibrium: the obstacles leave the beam no room"
         raise refused("initial.state", balance.beam.scenario.initial.state, words)
     forces = -found / rest_of[-1] * scale / lengths * signs
-    pushes = np.bincount(which, forces, len(rows))
+    pushes = np.zeros(len(rows))
+    np.add.at(pushes, which, forces)
     return down + cho_solve((factor, True), rows.T @ pushes), pushes
 
 

@@ -139,7 +139,8 @@ def frequencies_at_rest(
         rows = np.concatenate([rows, held])
     free = balance.free
     base = null_space(rows[:, free]) if len(rows) else np.eye(beam.size)[free, free]
-    frequencies, damping, vectors = _eigenvalues(*(base.T @ X[free, free] @ base for X in (M, C, K)), wanted)
+    M, C, K = (base.T @ X[free, free] @ base for X in (M, C, K))
+    frequencies, damping, vectors = _eigenvalues(M, C, K, wanted)
     whole = np.zeros((vectors.shape[1], beam.size))
     whole[:, free] = (base @ vectors).T
     parts, stations = beam.split(whole), beam.operators.stations

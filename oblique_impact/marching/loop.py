@@ -215,7 +215,7 @@ class Run:
             closed = self.decision.opened(i, c).changed(state=State.SLIP)
             spare.take(i, closed if i in earlier else c)
         solve_problem(self.problem.system, spare, 0.0, self._y[:d], self._y[d : 2 * d], work, np.zeros(1))
-        acceleration = work.vectors[FREE_ACCELERATION].copy()
+        acceleration: Array = work.vectors[FREE_ACCELERATION].copy()
         for i, of in earlier.items():
             normal = of.normal_force - spare.of(i).tilt * of.tangential_force
             acceleration += spare.rows[RESPONSE, i, :2].T @ np.array([normal, of.tangential_force])
