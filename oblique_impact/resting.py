@@ -43,7 +43,7 @@ _MOST_STEPS = 500
 _LONGEST = 0.1
 #: sizes of a step: a smaller one than the last that does not halve it is rounding; one that is no number's
 _SETTLED, _ROUNDING = 1e-9, 1e-15
-#: of the beam's length: gaps that are no deeper are closed to rounding
+#: of the beam's length: gaps that are no deeper are closed to rounding; of the target of a least distance
 _ROUNDED = 1e-12
 #: of coordinates, for differences of the forces of contacts
 _DIFFERENCE = 1e-5
@@ -193,65 +193,102 @@ class Hold(NamedTuple):
     force: float = 0.0
 
 
+class _Here(NamedTuple):
+    """A state of the search: forces over the free coordinates (f,), and contacts that are possible there."""
+
+    load: Array  # (f,) N, without contacts but with the force of a hold
+    rows: Array  # (n, f) of the gaps
+    gaps: Array  # (n,) m, of a hold from what it holds
+    slips: Array  # (n,) m
+    pressing: Array  # (n,) N, of closed elastic contacts
+    fixed: Mask  # (n,) a gap that is held from both sides
+    rigid: Mask  # (n,) held without compliance
+    elastic: Mask  # (n,) closed, of the others
+    near: NDArray[np.intp]  # (m,) all that can be closed
+    W: Array  # (m, m) m/N, their compliance
+
+
 def rest(balance: Balance, start: Array, hold: Hold | None = None) -> Rest:
     """Return the equilibrium that is found from coordinates (d,), with a `hold` or without.
 
     Raises InputError if there is none, or none is found.
     """
-    n, free, beam = balance.count, balance.free, balance.beam
-    q, forces, closed, last = start.copy(), np.zeros(n), np.zeros(n, dtype=bool), np.inf
-    is_hold = np.arange(n) == (n - 1 if hold else n)
-    below = np.zeros(n, dtype=bool)  # the line of a side, beyond its end
-    fixed = is_hold & (hold is not None and hold.gap is not None)
-    for _ in range(_MOST_STEPS):
-        elastic = closed.copy()
-        point = balance.at(q, np.zeros_like(q), elastic)
-        gaps, rows, load = point.gaps.copy(), point.rows[:, 0, free], point.load[free]
-        if hold is not None:
-            gaps[-1] -= hold.gap or 0.0
-            forces[-1] = forces[-1] if fixed[-1] else hold.force
-            load = load + (0.0 if fixed[-1] else hold.force) * rows[-1]
-        beyond = balance.are_beyond(point.slips) & ~is_hold
-        below = (below | (beyond & (last < np.inf))) & (point.gaps < 0.0)
-        possible = fixed | (
-            ~is_hold & ~beyond & ~below & balance.enabled & (gaps < _NEAR * beam.scenario.beam.length)
-        )
-        rigid = fixed | (possible & (forces > 0.0) & (not balance.elastic))
-        near = np.flatnonzero(possible)
-        W = balance.compliances(near, fixed[near])
+    free, beam, last = balance.free, balance.beam, np.inf
+    q, forces, closed = start.copy(), np.zeros(balance.count), np.zeros(balance.count, dtype=bool)
+    below = closed.copy()  # the line of a side, beyond its end
+    for step in range(_MOST_STEPS):
+        here = _look(balance, q, forces, closed, below, hold, step == 0)
         bend = beam.rest_stiffness(q)
-        tangent = bend + balance.contact_stiffness(q, elastic, np.where(elastic, 0.0, forces))
+        tangent = bend + balance.contact_stiffness(q, here.elastic, np.where(here.elastic, 0.0, forces))
         tangent = 0.5 * (tangent + tangent.T)
-        stepped = _newton(tangent[free, free], load + point.pressing @ rows, rows[rigid], -gaps[rigid])
-        if stepped is not None:
-            move, new = stepped[0], np.zeros(n)
-            new[rigid] = stepped[1]
-            ahead, pressed = gaps[near] + rows[near] @ move, elastic[near]
-            new[near[pressed]] = np.linalg.solve(W[np.ix_(pressed, pressed)], -ahead[pressed])
-            ahead += W @ new[near]
-            size, on = balance.size(move), rigid | elastic
-            opens = np.any(new[on & ~fixed] < -balance.decision.tolerances.force)
-            closes = np.any(ahead[~on[near]] < -_ROUNDED * beam.scenario.beam.length)
-            if size <= _LONGEST and not opens and not closes:
-                q[free] += move
-                forces = np.where(fixed, new, np.maximum(new, 0.0))
-                if size <= _ROUNDING or (size <= _SETTLED and size > 0.5 * last):
-                    held = np.where(elastic, point.pressing, forces)
-                    closed = held > 0.0
-                    return Rest(q, held, point.gaps, point.slips, rigid & closed, elastic & closed, tangent)
-                last = size
-                continue
-        move, found = _descend(balance, bend, load, rows[near], -gaps[near], W, fixed[near])
+        found = _by_newton(balance, here, tangent[free, free])
+        if found is not None:
+            move, forces = found
+            size = balance.size(move)
+            q[free] += move
+            if size <= _ROUNDING or (size <= _SETTLED and size > 0.5 * last):
+                held = np.where(here.elastic, here.pressing, forces)
+                on = held > 0.0
+                return Rest(q, held, here.gaps, here.slips, here.rigid & on, here.elastic & on, tangent)
+            last = size
+            continue
+        move, forces = _descend(balance, here, bend)
         size = balance.size(move)
         if size <= _ROUNDING:
             raise _unheld(balance)
         last = min(size, _LONGEST)
         q[free] += move * last / size
-        forces = np.zeros(n)
-        forces[near] = found
-        closed = (forces > 0.0) & balance.elastic & ~is_hold
+        closed = (forces > 0.0) & balance.elastic & ~here.fixed
     words = "no equilibrium is found from initial.angle: nothing holds the beam"
     raise refused("initial.state", beam.scenario.initial.state, words)
+
+
+def _look(
+    balance: Balance, q: Array, forces: Array, closed: Mask, below: Mask, hold: Hold | None, first: bool
+) -> _Here:
+    """Return a state of the search; takes note of contacts that have come `below` a side beyond its end.
+
+    What the undeformed beam is inside of at `first` bends it away.  A hold has its force in `forces`.
+    """
+    n, length = balance.count, balance.beam.scenario.beam.length
+    point = balance.at(q, np.zeros_like(q), closed)
+    gaps, rows, load = point.gaps.copy(), point.rows[:, 0, balance.free], point.load[balance.free]
+    is_hold = np.arange(n) == (n - 1 if hold else n)
+    fixed = is_hold & (hold is not None and hold.gap is not None)
+    if hold is not None and hold.gap is None:
+        forces[-1] = hold.force
+        load = load + hold.force * rows[-1]
+    elif hold is not None:
+        gaps[-1] -= hold.gap
+    beyond = balance.are_beyond(point.slips)
+    below[:] = (below | (beyond & (not first))) & (gaps < 0.0)
+    possible = ~is_hold & ~beyond & ~below & balance.enabled & (gaps < _NEAR * length)
+    near = np.flatnonzero(possible | fixed)
+    rigid = fixed | (possible & (forces > 0.0) & (not balance.elastic))
+    W = balance.compliances(near, fixed[near])
+    return _Here(load, rows, gaps, point.slips, point.pressing, fixed, rigid, closed.copy(), near, W)
+
+
+def _by_newton(balance: Balance, here: _Here, tangent: Array) -> tuple[Array, Array] | None:
+    """Return Newton's step (f,) and the contact forces (n,) behind it.
+
+    None of one that is too long or not stable, or where contacts would open or close.
+    """
+    load, rigid, near = here.load + here.pressing @ here.rows, here.rigid, here.near
+    found = _solved(tangent, load, here.rows[rigid], -here.gaps[rigid])
+    if found is None:
+        return None
+    move, forces = found[0], np.zeros(balance.count)
+    forces[rigid] = found[1]
+    ahead, pressed = here.gaps[near] + here.rows[near] @ move, here.elastic[near]
+    forces[near[pressed]] = np.linalg.solve(here.W[np.ix_(pressed, pressed)], -ahead[pressed])
+    ahead += here.W @ forces[near]
+    on = rigid | here.elastic
+    opens = np.any(forces[on & ~here.fixed] < -balance.decision.tolerances.force)
+    closes = np.any(ahead[~on[near]] < -_ROUNDED * balance.beam.scenario.beam.length)
+    if opens or closes or balance.size(move) > _LONGEST:
+        return None
+    return move, np.where(here.fixed, forces, np.maximum(forces, 0.0))
 
 
 def _unheld(balance: Balance) -> InputError:
@@ -260,7 +297,7 @@ def _unheld(balance: Balance) -> InputError:
     return refused("initial.state", balance.beam.scenario.initial.state, words)
 
 
-def _newton(tangent: Array, load: Array, rows: Array, wanted: Array) -> tuple[Array, Array] | None:
+def _solved(tangent: Array, load: Array, rows: Array, wanted: Array) -> tuple[Array, Array] | None:
     """Return the step (d,) with rows.step = wanted, and the forces on these; None of one that is not stable."""
     count = len(rows)
     if np.linalg.matrix_rank(rows) < count:
@@ -280,24 +317,21 @@ def _newton(tangent: Array, load: Array, rows: Array, wanted: Array) -> tuple[Ar
     return found[: load.size], scale * found[load.size :]
 
 
-def _descend(
-    balance: Balance, bend: Array, load: Array, rows: Array, wanted: Array, W: Array, both: Mask
-) -> tuple[Array, Array]:
-    """Return the step (d,) to the least of a quadratic energy, and the contact forces (m,).
+def _descend(balance: Balance, here: _Here, bend: Array) -> tuple[Array, Array]:
+    """Return the step (f,) to the least of a quadratic energy under all gaps, and the contact forces (n,).
 
-    Gaps that are `wanted` are kept, rows.step + W s >= wanted; those that are held have `both` signs.  Raises
-    InputError if no step does.
+    rows.step + W s >= -gaps, with both signs of a gap that is held.  Raises InputError if no step does.
     """
-    factor = _positive(balance, bend)
-    down = cho_solve((factor, True), load)
+    factor, rows, both = _positive(balance, bend), here.rows[here.near], here.fixed[here.near]
+    down, forces = cho_solve((factor, True), here.load), np.zeros(balance.count)
+    if not here.near.size:
+        return down, forces
     signs = np.concatenate([np.ones(len(rows)), -np.ones(int(both.sum()))])
     which = np.concatenate([np.arange(len(rows)), np.flatnonzero(both)])
-    if not which.size:
-        return down, np.zeros(0)
     bent = solve_triangular(factor, (signs[:, None] * rows[which]).T, lower=True)
-    values, vectors = np.linalg.eigh(0.5 * (W + W.T))
+    values, vectors = np.linalg.eigh(0.5 * (here.W + here.W.T))
     soft = (np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)[:, which] * signs
-    constraints, least = np.concatenate([bent, soft]), signs * (wanted - rows @ down)[which]
+    constraints, least = np.concatenate([bent, soft]), -signs * (here.gaps[here.near] + rows @ down)[which]
     lengths = np.linalg.norm(constraints, axis=0)
     lengths[lengths == 0.0] = 1.0
     constraints, least = constraints / lengths, least / lengths
@@ -305,14 +339,12 @@ def _descend(
     matrix = np.concatenate([constraints, least[None] / scale])
     target = np.append(np.zeros(len(constraints)), 1.0)
     found, _ = nnls(matrix, target)
-    rest_of = matrix @ found - target
-    if not rest_of[-1] < -1e-12:
+    left = matrix @ found - target
+    if not left[-1] < -_ROUNDED:
         words = "there is no equilibrium: the obstacles leave the beam no room"
         raise refused("initial.state", balance.beam.scenario.initial.state, words)
-    forces = -found / rest_of[-1] * scale / lengths * signs
-    pushes = np.zeros(len(rows))
-    np.add.at(pushes, which, forces)
-    return down + cho_solve((factor, True), rows.T @ pushes), pushes
+    np.add.at(forces, here.near[which], -found / left[-1] * scale / lengths * signs)
+    return down + cho_solve((factor, True), here.rows.T @ forces), forces
 
 
 def _positive(balance: Balance, bend: Array) -> Array:
