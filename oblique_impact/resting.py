@@ -25,8 +25,8 @@ from scipy.optimize import nnls
 from oblique_impact.beam.beam import Beam, ContactPlace
 from oblique_impact.beam.bent_beam import direction_of
 from oblique_impact.beam_problem import Parts, beam_of, beam_tolerances, decision_about, scheme_of
-from oblique_impact.contact.compliance import across
-from oblique_impact.contact.elastic import stop_force
+from oblique_impact.contact.compliance import across, across_by_shift
+from oblique_impact.contact.elastic import share_of, stop_force
 from oblique_impact.contact.state import DIRECTION, SLIDING, STICKING, Candidate, Contacts
 from oblique_impact.contact.stops import NO_INERTIA
 from oblique_impact.contact.transitions import Earlier
@@ -55,11 +55,17 @@ class Point(NamedTuple):
     """Forces and contacts of a beam in a state, of n candidates and d coordinates."""
 
     load: Array  # (d,) F, with the forces by the change of compliances
-    pushed: Array  # (d,) these alone
     gaps: Array  # (n,) m
     slips: Array  # (n,) m
     rows: Array  # (n, 2, d) of gap and slip
     pressing: Array  # (n,) N, of closed elastic contacts, with their damping
+
+
+class Linear(NamedTuple):
+    """How contacts change with the coordinates about a state."""
+
+    stiffness: Array  # (d, d)
+    springs: Array  # (m, d) N/m, by which the forces of m closed elastic contacts fall
 
 
 class Balance:
@@ -95,7 +101,6 @@ class Balance:
         for i, c in enumerate(self._flight):
             state = self.decision.opened(i, c).changed(state=SLIDING, axial=0.0) if closed[i] else c
             contacts.take(i, state)
-        contacts.push[:] = 0.0
         solve_problem(self.beam.model, contacts, 0.0, q, qd, self.work, self._mass)
         found = [contacts.of(i) for i in range(self.count)]
         pressing = np.zeros(self.count)
@@ -103,7 +108,6 @@ class Balance:
             pressing[i] = stop_force(self.decision.law, found[i], found[i].depth, found[i].depth_rate)
         return Point(
             self.work.vectors[FORCES].copy(),
-            contacts.push.copy(),
             np.array([c.gap for c in found]),
             np.array([c.slip for c in found]),
             contacts.rows[DIRECTION, :, :2].copy(),
@@ -123,13 +127,16 @@ class Balance:
         pairs = zip(self.decision.pairs, slips.tolist(), strict=True)
         return np.array([pair.is_beyond(slip) for pair, slip in pairs])
 
-    def compliances(self, near: NDArray[np.intp], fixed: Mask) -> Array:
-        """Return W (m, m) in m/N in the state of the last `at`, 0 of contacts that are `fixed`."""
+    def compliances(self, near: NDArray[np.intp], fixed: Mask, forces: Array | None = None) -> Array:
+        """Return W (m, m) in m/N in the state of the last `at`, 0 of contacts that are `fixed`.
+
+        A stop of any law has its compression over its force or, at given `forces` (n,), the slope of that.
+        """
         found, bent = np.zeros((near.size, near.size)), self.contacts.compliance
         if not self.elastic:
             return found
         for k, i in enumerate(near.tolist()):
-            found[k, k] = self._softness(self.contacts.of(i))
+            found[k, k] = self._softness(self.contacts.of(i), None if forces is None else float(forces[i]))
             if bent is not None:
                 found[k] += [across(bent, i, 0, j, 0) for j in near.tolist()]
         found[fixed], found[:, fixed] = 0.0, 0.0
@@ -141,32 +148,52 @@ class Balance:
         whole[self.free] = move
         return float(max(abs(self.beam.split(whole)[0]), self.beam.relative_deflection(whole[None])[0]))
 
-    def _softness(self, c: Candidate) -> float:
-        """Compression over force (m/N) of a stop alone where it is, or of one that begins to close."""
+    def _softness(self, c: Candidate, force: float | None) -> float:
+        """Compression over force (m/N) of a stop alone where it is or, at a force (N), the slope of that."""
         law, own = self.decision.law, c.share * c.stiffness
         if law is not None and c.depth > 0.0:
-            force = float(stop_force(law, c, c.depth, 0.0))
-            own = force / (c.depth - c.compliance * force) if force > 0.0 else own
+            alone, compressed = c.changed(compliance=0.0), c.depth
+            compressed -= c.compliance * float(stop_force(law, c, c.depth, 0.0))
+            low = compressed * (1.0 - _DIFFERENCE) if force is not None else 0.0
+            high = compressed * (1.0 + _DIFFERENCE) if force is not None else compressed
+            pushes = [float(stop_force(law, alone, depth, 0.0)) for depth in (low, high)]
+            own = (pushes[1] - pushes[0]) / (high - low) if high > low else own
         return 1.0 / own if own > 0.0 else 1e300
 
-    def contact_stiffness(self, q: Array, closed: Mask, held: Array) -> Array:
-        """Return the tangent stiffness (d, d) of the contacts by central differences of their forces.
+    def linearize(self, q: Array, elastic: Mask, forces: Array) -> Linear:
+        """Return how contacts change with the coordinates (d,), by central differences at fixed forces (n,) in N.
 
-        Elastic ones push by their law at rest, all others with the forces `held` (n,) along their gaps.
+        Stationary in the forces s, contacts hold V = -g.s - s.W s/2, whose second derivatives are those of the
+        springs between the gaps g + W s and, at fixed forces, those of g and W.
         """
-        found, still, size = np.zeros((q.size, q.size)), np.zeros_like(q), _DIFFERENCE
-        if not (closed.any() or held.any()):
-            return found
-        for j in range(self.free.start, q.size):
+        closed, still, size = np.flatnonzero(elastic), np.zeros_like(q), _DIFFERENCE
+        bent, rows = np.zeros((q.size, q.size)), np.zeros((self.count, q.size))
+        for j in range(self.free.start, q.size if forces.any() else 0):
             move = size * np.eye(1, q.size, j)[0]
-            before, after = (self._force(self.at(q + side * move, still, closed), held) for side in (-1.0, 1.0))
-            found[:, j] = -(after - before) / (2.0 * size)
-        return found
+            before, after = (self._at_forces(q + side * move, still, elastic, forces) for side in (-1.0, 1.0))
+            bent[:, j], rows[:, j] = (before[0] - after[0]) / (2.0 * size), (after[1] - before[1]) / (2.0 * size)
+        self.at(q, still, elastic)
+        soft, rows = self.compliances(closed, np.zeros(closed.size, dtype=bool), forces), rows[closed]
+        springs = np.linalg.solve(soft, rows) if closed.size else rows
+        stiffness = bent + rows.T @ springs
+        return Linear(0.5 * (stiffness + stiffness.T), springs)
 
-    def _force(self, point: Point, held: Array) -> Array:
-        """Return the generalized force (d,) of all contacts."""
-        forces = np.where(point.pressing > 0.0, point.pressing, held)
-        return np.asarray(point.pushed + forces @ point.rows[:, 0])
+    def _at_forces(self, q: Array, still: Array, elastic: Mask, forces: Array) -> tuple[Array, Array]:
+        """Return the generalized force (d,) of contacts with given forces (n,), and their gaps with W s (n,)."""
+        point, y = self.at(q, still, elastic), self.contacts.compliance
+        push, gaps, closed = forces @ point.rows[:, 0], point.gaps.copy(), np.flatnonzero(elastic).tolist()
+        for i in closed:
+            c = self.contacts.of(i)
+            if c.cell != 0.0:  # of a bed that is there in part
+                share, fading = share_of(c.slip, c.first, c.last, c.cell)
+                compressed = forces[i] / (share * c.stiffness)
+                gaps[i] += compressed
+                push -= 0.5 * c.stiffness * fading * compressed**2 * point.rows[i, 1]
+            if y is not None:
+                gaps[i] += sum(across(y, i, 0, j, 0) * forces[j] for j in closed)
+                turned = sum(across_by_shift(y, i, 0, j, 0) * forces[j] for j in closed)
+                push += forces[i] * turned * self.contacts.rows[DIRECTION, i, 2]
+        return push, gaps
 
 
 class Rest(NamedTuple):
@@ -219,9 +246,9 @@ def rest(balance: Balance, start: Array, hold: Hold | None = None) -> Rest:
     for step in range(_MOST_STEPS):
         here = _look(balance, q, forces, closed, below, hold, step == 0)
         bend = beam.rest_stiffness(q)
-        tangent = bend + balance.contact_stiffness(q, here.elastic, np.where(here.elastic, 0.0, forces))
-        tangent = 0.5 * (tangent + tangent.T)
-        found = _by_newton(balance, here, tangent[free, free])
+        linear = balance.linearize(q, here.elastic, np.where(here.elastic, here.pressing, forces))
+        tangent = bend + linear.stiffness
+        found = _by_newton(balance, here, tangent[free, free], linear.springs[:, free])
         if found is not None:
             move, forces = found
             size = balance.size(move)
@@ -269,7 +296,7 @@ def _look(
     return _Here(load, rows, gaps, point.slips, point.pressing, fixed, rigid, closed.copy(), near, W)
 
 
-def _by_newton(balance: Balance, here: _Here, tangent: Array) -> tuple[Array, Array] | None:
+def _by_newton(balance: Balance, here: _Here, tangent: Array, springs: Array) -> tuple[Array, Array] | None:
     """Return Newton's step (f,) and the contact forces (n,) behind it.
 
     None of one that is too long or not stable, or where contacts would open or close.
@@ -280,9 +307,8 @@ def _by_newton(balance: Balance, here: _Here, tangent: Array) -> tuple[Array, Ar
         return None
     move, forces = found[0], np.zeros(balance.count)
     forces[rigid] = found[1]
-    ahead, pressed = here.gaps[near] + here.rows[near] @ move, here.elastic[near]
-    forces[near[pressed]] = np.linalg.solve(here.W[np.ix_(pressed, pressed)], -ahead[pressed])
-    ahead += here.W @ forces[near]
+    forces[here.elastic] = here.pressing[here.elastic] - springs @ move
+    ahead = here.gaps[near] + here.rows[near] @ move + here.W @ forces[near]
     on = rigid | here.elastic
     opens = np.any(forces[on & ~here.fixed] < -balance.decision.tolerances.force)
     closes = np.any(ahead[~on[near]] < -_ROUNDED * balance.beam.scenario.beam.length)
