@@ -53,7 +53,7 @@ FEATURES: dict[str, dict[str, dict[str, Any]]] = {
         "moving": {},
         "equilibrium": {"initial": {"state": "equilibrium"}},
         "plucked by a force": {"initial": {"state": "plucked", "place": 0.8, "force": -5.0}},
-        "plucked away": {"initial": {"state": "plucked", "place": 0.9, "deflection": 2e-3}},
+        "plucked away": {"initial": {"state": "plucked", "place": 0.9, "deflection": 2e-5}},
     },
     "base": {"still": {}, "shaken": {"base": {"acceleration": 50.0, "frequency": 200.0}}},
     "where": {
