@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.beam_problem import beam_of
+from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.resting import Rest, state_at_rest
 
 LENGTH, GRAVITY = 1.0, 9.8
@@ -203,3 +206,32 @@ def test_a_root_that_turns_and_the_exact_beam_do_not_start_at_rest():
     ):
         with pytest.raises(InputError, match=r"^initial\.state = 'equilibrium': should be"):
             Scenario.builtin("paper", [*changes, "initial.state=equilibrium"])
+
+
+@dataclass(frozen=True)
+class Hertzian(ContactLaw):
+    """A Hertzian stop, k d^1.5."""
+
+    stiffness: float = 1e8  # N/m^1.5
+
+    @staticmethod
+    def normal_force(depth, rate, stiffness):
+        return stiffness * depth**1.5
+
+
+def test_a_stop_of_any_law_is_at_rest():
+    keys = stop("spring", 2e-3, residual_flexibility=False) | {"discretization": {"modes": 4}}
+    history = simulate(cantilever(**keys), contact_law=Hertzian())
+    force, gap = history["lambda_n"].values, history["gap"].values
+    assert force == pytest.approx(np.full(force.size, force[0]), rel=1e-8)
+    assert (force[0] / 1e8) ** (2 / 3) == pytest.approx(-gap[0], rel=1e-9)
+    assert np.abs(np.diff(history["q"].values, axis=0)).max() < 1e-11
+
+
+@pytest.mark.parametrize("scheme", ["event", "time-stepping", "generalized-alpha"])
+def test_a_stop_with_axial_flexibility_holds_no_friction(scheme):
+    steps = {} if scheme == "event" else {"free_step": 2e-5, "contact_step": 2e-5}
+    keys = stop("spring", 2e-3, axial_flexibility=True) | {"discretization": {"modes": 4}}
+    history = simulate(cantilever(**keys, solver={"scheme": scheme, "output_interval": 1e-4} | steps))
+    assert np.abs(history["lambda_tau"].values).max() < 1e-7
+    assert np.abs(history["tip_vy"].values).max() < 1e-8
