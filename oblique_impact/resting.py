@@ -61,7 +61,7 @@ class Point(NamedTuple):
     pressing: Array  # (n,) N, of closed elastic contacts, with their damping
 
 
-class Linear(NamedTuple):
+class ContactStiffness(NamedTuple):
     """How contacts change with the coordinates about a state."""
 
     stiffness: Array  # (d, d)
@@ -160,7 +160,7 @@ class Balance:
             own = (pushes[1] - pushes[0]) / (high - low) if high > low else own
         return 1.0 / own if own > 0.0 else 1e300
 
-    def linearize(self, q: Array, elastic: Mask, forces: Array) -> Linear:
+    def linearize(self, q: Array, elastic: Mask, forces: Array) -> ContactStiffness:
         """Return how contacts change with the coordinates (d,), by central differences at fixed forces (n,) in N.
 
         Stationary in the forces s, contacts hold V = -g.s - s.W s/2, whose second derivatives are those of the
@@ -176,7 +176,7 @@ class Balance:
         soft, rows = self.compliances(closed, np.zeros(closed.size, dtype=bool), forces), rows[closed]
         springs = np.linalg.solve(soft, rows) if closed.size else rows
         stiffness = bent + rows.T @ springs
-        return Linear(0.5 * (stiffness + stiffness.T), springs)
+        return ContactStiffness(0.5 * (stiffness + stiffness.T), springs)
 
     def _at_forces(self, q: Array, still: Array, elastic: Mask, forces: Array) -> tuple[Array, Array]:
         """Return the generalized force (d,) of contacts with given forces (n,), and their gaps with W s (n,)."""

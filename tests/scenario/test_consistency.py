@@ -32,7 +32,6 @@ REFUSED = [
     ("root.damping", f"{DRIVEN} root.damping=1", "a rigid clamp does not turn: only with root.stiffness"),
     ("root.stiffness", f"{ABSOLUTE} root.kind=hub root.stiffness=1", "not with the beam in absolute coordinates"),
     ("root.damping", f"{ABSOLUTE} root.kind=hub root.damping=1", "not with the beam in absolute coordinates"),
-    ("root.stiffness", f"{NODAL} root.kind=hub root.stiffness=1", "not with the full nodal model"),
     ("root.spin_rate", "root.spin_rate=1", 'only with root.kind = "driven"'),
     ("root.spin_up_time", "root.spin_up_time=1", 'only with root.kind = "driven"'),
     ("root.profile", "root.kind=hub root.profile=constant-speed", 'only with root.kind = "driven"'),
