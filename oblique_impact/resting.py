@@ -92,27 +92,29 @@ class Balance:
         self._flight = [self.decision.free(i) for i in range(self.count)]
         bent = compliance if compliance is not None and compliance.bends else None
         self.contacts = Contacts.new(self._flight, beam.size, packed, self.decision.law, bent)
-        self.work, self._mass = system.new_workspace(), np.zeros(1)
+        self.work, self._mass, self._closed = system.new_workspace(), np.zeros(1), np.zeros(self.count, dtype=bool)
         self.enabled = s.contact.enabled
 
     def at(self, q: Array, qd: Array, closed: Mask) -> Point:
         """Return forces and contacts at coordinates and velocities (d,), with these contacts closed (n,)."""
         contacts = self.contacts
-        for i, c in enumerate(self._flight):
-            state = self.decision.opened(i, c).changed(state=SLIDING, axial=0.0) if closed[i] else c
-            contacts.take(i, state)
+        if not np.array_equal(closed, self._closed):
+            for i, c in enumerate(self._flight):
+                state = self.decision.opened(i, c).changed(state=SLIDING, axial=0.0) if closed[i] else c
+                contacts.take(i, state)
+            self._closed = closed.copy()
         solve_problem(self.beam.model, contacts, 0.0, q, qd, self.work, self._mass)
-        found = [contacts.of(i) for i in range(self.count)]
         pressing = np.zeros(self.count)
         for i in np.flatnonzero(closed).tolist() if self.elastic else ():
-            pressing[i] = stop_force(self.decision.law, found[i], found[i].depth, found[i].depth_rate)
-        return Point(
-            self.work.vectors[FORCES].copy(),
-            np.array([c.gap for c in found]),
-            np.array([c.slip for c in found]),
-            contacts.rows[DIRECTION, :, :2].copy(),
-            pressing,
-        )
+            c = contacts.of(i)
+            pressing[i] = stop_force(self.decision.law, c, c.depth, c.depth_rate)
+        rows = contacts.rows[DIRECTION, :, :2].copy()
+        return Point(self.work.vectors[FORCES].copy(), self._column("gap"), self._column("slip"), rows, pressing)
+
+    def _column(self, name: str) -> Array:
+        """Return a number of all candidates in the state of the last `at`, (n,)."""
+        each = self.contacts.each
+        return np.array(each[name] if isinstance(each, np.ndarray) else [getattr(c, name) for c in each])
 
     def mass_matrix(self) -> Array:
         """Return the mass matrix (d, d) in the state of the last `at`."""
@@ -174,7 +176,7 @@ class Balance:
             bent[:, j], rows[:, j] = (before[0] - after[0]) / (2.0 * size), (after[1] - before[1]) / (2.0 * size)
         self.at(q, still, elastic)
         soft, rows = self.compliances(closed, np.zeros(closed.size, dtype=bool), forces), rows[closed]
-        springs = np.linalg.solve(soft, rows) if closed.size else rows
+        springs = np.asarray(np.linalg.solve(soft, rows) if closed.size else rows)
         stiffness = bent + rows.T @ springs
         return ContactStiffness(0.5 * (stiffness + stiffness.T), springs)
 
