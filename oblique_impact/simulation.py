@@ -68,7 +68,7 @@ def simulate(
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.beam_problem.Parts`.
     initial_state : History or pair of ndarray, shape (coordinate,), optional
-        In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end
+        In the place of what the section `initial` says: a history of the same beam, from whose end
         the run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
         ``(history["q"][-1], history["qd"][-1])``, where contact begins anew: one that sticks holds where it now
         is, and nothing is stretched along the beam.  The beam is on the side of a peg on which that state has it.
@@ -82,8 +82,9 @@ def simulate(
     Raises
     ------
     InputError
-        If this is no scenario, a user-defined part does not fit it or returns arrays of the wrong kind, or an
-        initial state has the wrong shape or is for the exact beam, which takes none.
+        If this is no scenario, a user-defined part does not fit it or returns arrays of the wrong kind, an
+        initial state has the wrong shape or is for the exact beam, which takes none, or a beam that is to start at
+        rest has no equilibrium.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
