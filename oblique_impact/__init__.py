@@ -3,6 +3,7 @@
 `Scenario`             what to simulate (`Scenario.builtin`, `Scenario.load`)
 `simulate`             run it: returns a `History`
 `natural_frequencies`  of the spinning beam: returns `Frequencies`
+`frequencies_at_rest`  of a scenario about its equilibrium, contacts closed: returns `VibrationModes`
 `builtin_cases`        the built-in scenarios, and what happens in each
 `start_scenario`       write a scenario file with every key explained, to start from
 `History`              labelled samples, event log, summary; `save` and `load`

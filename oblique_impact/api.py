@@ -16,6 +16,7 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import scenario_schema
 from oblique_impact.scenario.starting import BuiltinCase, builtin_cases, start_scenario
 from oblique_impact.simulation import simulate, simulate_system
+from oblique_impact.vibration import VibrationModes, frequencies_at_rest
 
 __all__ = [
     "BuiltinCase",
@@ -34,7 +35,9 @@ __all__ = [
     "Scheme",
     "SimulationWarning",
     "TimeSteppingScheme",
+    "VibrationModes",
     "builtin_cases",
+    "frequencies_at_rest",
     "natural_frequencies",
     "scenario_schema",
     "simulate",

@@ -38,6 +38,7 @@ from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.marching.time_stepping import TimeSteppingScheme
 from oblique_impact.progress import Status
+from oblique_impact.resting import start_at_rest
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
 ProgressCallback = Callable[[Status], None]
@@ -67,7 +68,7 @@ def simulate(
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.beam_problem.Parts`.
     initial_state : History or pair of ndarray, shape (coordinate,), optional
-        In the place of the undeformed beam of the section `initial`: a history of the same beam, from whose end
+        In the place of what the section `initial` says: a history of the same beam, from whose end
         the run goes on with the contacts that are closed there; or coordinates and their rates at t = 0, as
         ``(history["q"][-1], history["qd"][-1])``, where contact begins anew: one that sticks holds where it now
         is, and nothing is stretched along the beam.  The beam is on the side of a peg on which that state has it.
@@ -81,8 +82,9 @@ def simulate(
     Raises
     ------
     InputError
-        If this is no scenario, a user-defined part does not fit it or returns arrays of the wrong kind, or an
-        initial state has the wrong shape or is for the exact beam, which takes none.
+        If this is no scenario, a user-defined part does not fit it or returns arrays of the wrong kind, an
+        initial state has the wrong shape or is for the exact beam, which takes none, or a beam that is to start at
+        rest has no equilibrium.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -123,7 +125,11 @@ def compute_history(
         history = simulate_exact(scenario, on_progress, parts=parts)
     else:
         beam = beam_of(scenario, parts)
-        start = None if initial_state is None else begin_at(beam, initial_state)
+        start = None
+        if initial_state is not None:
+            start = begin_at(beam, initial_state)
+        elif scenario.initial.state != "undeformed":
+            start = start_at_rest(beam, parts)
         problem = beam_problem(beam, parts)
         if start is not None:
             q0, qd0, earlier = start

@@ -7,6 +7,7 @@
 `draw_contact_map`  where the beam touches over time, into axes of matplotlib
 `envelope`          least and largest value of a result along the beam, over the run
 `campbell_diagram`  frequencies of the spinning beam
+`draw_mode_shapes`  shapes of vibration about an equilibrium
 `overview_figure`   a run at a glance, one or several histories side by side
 """
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from oblique_impact.renders.exports import Exported as Exported
     from oblique_impact.renders.exports import beam_mesh as beam_mesh
     from oblique_impact.renders.exports import export as export
+    from oblique_impact.renders.mode_shapes import draw_mode_shapes as draw_mode_shapes
     from oblique_impact.renders.overview import overview_figure as overview_figure
     from oblique_impact.renders.panels import envelope as envelope
     from oblique_impact.renders.rendering import Rendered as Rendered
@@ -36,6 +38,7 @@ _MODULES = {
     "beam_mesh": "exports",
     "campbell_diagram": "campbell",
     "draw_contact_map": "contact_map",
+    "draw_mode_shapes": "mode_shapes",
     "envelope": "panels",
     "export": "exports",
     "overview_figure": "overview",

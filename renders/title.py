@@ -6,7 +6,7 @@ import math
 
 from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario, builtin_names
-from oblique_impact.scenario.sections import BaseSection, BeamSection
+from oblique_impact.scenario.sections import BaseSection, BeamSection, InitialSection
 from oblique_impact.scenario.shapes import SHAPES
 
 _SHAPES = {"circle": "round bar", "rectangle": "rectangular bar", "tube": "tube", "i-beam": "I-beam"}
@@ -35,6 +35,8 @@ def model_words(scenario: Scenario, clamped: bool) -> str:
         _material(scenario.beam),
         f"{start} {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",
     ]
+    if scenario.initial.state != "undeformed":
+        words.append(_rest(scenario.initial))
     if scenario.base.is_shaken:
         words.append(_shaking(scenario.base))
     if contact.enabled:
@@ -49,6 +51,14 @@ def model_words(scenario: Scenario, clamped: bool) -> str:
         words.append(f"{_obstacles(scenario)}, {stop}, {friction}")
     frame = "" if how.method == "absolute" else f"{how.frame} frame, {how.kinetics} kinetics, "
     return "; ".join([*words, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"])
+
+
+def _rest(initial: InitialSection) -> str:
+    """Return how a beam at rest starts."""
+    if initial.state == "equilibrium":
+        return "from its equilibrium"
+    by = f"{short(1e3 * initial.deflection)} mm" if initial.deflection else f"{short(initial.force)} N"
+    return f"plucked by {by} at {short(initial.place)} m"
 
 
 def _shaking(base: BaseSection) -> str:

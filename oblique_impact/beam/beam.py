@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag, eigh
+from scipy.sparse import issparse
 
 from oblique_impact.beam import floating_frame, nodal_frame
 from oblique_impact.beam.axis import Places, ShapeFunctions, place_record
@@ -18,7 +19,7 @@ from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import FlexibilityAlong, flexibility_along, residual_flexibility
-from oblique_impact.beam.shaking import Shaking, shaking_of
+from oblique_impact.beam.shaking import Shaking, shaking_of, weight_in_frame
 from oblique_impact.contact.compliance import Compliance
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
@@ -66,7 +67,10 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
         across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
         along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
         depth = s.half_depth_at(float(np.clip(along, 0.0, length)))
-        numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
+        sense = -np.copysign(1.0, across)
+        if point.corner and point.obstacle in s.preloaded_sides:
+            sense = s.preloaded_sides[point.obstacle]
+        numbers = point.x, point.y, point.radius + depth, depth, sense, 0.0
         found.append(ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius))
     return found
 
@@ -375,6 +379,34 @@ class Beam:
         driven = self.scenario.root.kind == "driven"
         return self.motion.at(0.0).speed if driven else self.scenario.initial.angular_velocity
 
+    def rest_stiffness(self, q: Array) -> Array:
+        """Return the tangent stiffness (d, d) at rest and t = 0, in the coordinates q (d,) that are marched.
+
+        These are the second derivatives of elastic energy and weight, with a shaken base of the inertia force too,
+
+            V = 1/2 B^T K B + 1/2 k (theta + Phi'(0) B - theta_0)^2
+                + g (sin theta (Sm - 1/2 B^T D B) + cos theta P.B)
+        """
+        o, kept, found = self.operators, self.foreshortening, np.zeros((self.operators.size + 1,) * 2)
+        theta, B = (part := self.split(q))[0], part[1:]
+        g, c, s = weight_in_frame(self.shaking, self.scenario.gravity, 0.0, theta)
+        heavy = kept * np.asarray(o.D @ B)
+        found[0, 0] = -g * (s * (o.Sm - 0.5 * B @ heavy) + c * (o.P @ B))
+        found[0, 1:] = found[1:, 0] = -g * (c * heavy + s * o.P)
+        found[1:, 1:] = as_dense(o.stiffness) - g * s * kept * as_dense(o.D)
+        if _is_on_spring(self.scenario):
+            turn = np.append(1.0, o.root_slope)
+            found += self.scenario.root.stiffness * np.outer(turn, turn)
+        return self._marched(found)
+
+    def held_stiffness(self, spring: float) -> Array:
+        """Return the stiffness (d, d) of a weightless beam whose frame is on a spring (N m/rad)."""
+        return self._marched(block_diag(spring, as_dense(self.operators.stiffness)))
+
+    def _marched(self, matrix: Array) -> Array:
+        """Return a matrix over [theta, B] (n + 1, n + 1) as one over the coordinates that are marched."""
+        return matrix
+
     def split(self, q: Array) -> Array:
         """Return [theta, B] (..., n + 1) of the coordinates that are marched."""
         return q
@@ -556,6 +588,12 @@ class FullBeam(Beam):
         rigid = self.operators.rigid
         return self.scenario.initial.angle * rigid, self._initial_speed * rigid
 
+    def _marched(self, matrix: Array) -> Array:
+        """Return a matrix over [theta, B] (n + 1, n + 1) as one over W (n, n)."""
+        bent = np.eye(self.size) - np.outer(self.operators.rigid, self._frame)
+        parts = np.concatenate([self._frame[None], bent])
+        return np.asarray(parts.T @ matrix @ parts)
+
     def split(self, q: Array) -> Array:
         """Return [theta, B] (..., n + 1) of W (..., n)."""
         theta = (q @ self._frame)[..., None]
@@ -564,6 +602,11 @@ class FullBeam(Beam):
     def joined(self, q: Array) -> Array:
         """Return W (n,) of [theta, B] (n + 1,)."""
         return np.asarray(q[1:] + q[0] * self.operators.rigid)
+
+
+def as_dense(matrix: Matrix) -> Array:
+    """Return a matrix of operators as a dense one."""
+    return np.asarray(matrix.toarray() if issparse(matrix) else matrix)
 
 
 def _quadratic(rows: Array, matrix: Matrix) -> Array:

@@ -1,4 +1,4 @@
-"""The command `modes`: natural frequencies, and their Campbell diagram."""
+"""The command `modes`: natural frequencies over the spin rate, or about the equilibrium with closed contacts."""
 
 from __future__ import annotations
 
@@ -15,26 +15,44 @@ from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies
+    from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.vibration import VibrationModes
 
 
 def modes(
     scenario: ScenarioArgument = "paper",
-    speeds: Annotated[str, typer.Option(help="Spin rates in rad/s, separated by commas.")] = "0",
+    speeds: Annotated[
+        str | None, typer.Option(help="Spin rates in rad/s, separated by commas; default: 0.")
+    ] = None,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="About the equilibrium, with the contacts that are closed there.")
+    ] = False,
+    friction: Annotated[
+        str | None, typer.Option(help="With --closed: closed contacts are free to slip, or stuck; default: free.")
+    ] = None,
     count: Annotated[int | None, typer.Option(min=1, max=100, help="Frequencies per speed.")] = None,
     as_json: JsonOption = False,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Campbell diagram: a picture file or a folder.")
+        Path | None,
+        typer.Option("--out", help="Campbell diagram, or mode shapes with --closed: a picture file or a folder."),
     ] = None,
     changes: SetOption = None,
 ) -> None:
-    """Natural frequencies (rad/s and Hz) of the spinning beam, flapwise and chordwise."""
+    """Natural frequencies (rad/s and Hz): of the spinning beam, or about its equilibrium with damping ratios."""
     from oblique_impact.beam.frequencies import natural_frequencies
     from oblique_impact.command_line.progress_bars import counting_bar
     from oblique_impact.files import writing_file
     from oblique_impact.scenario.scenario import Scenario
 
     chosen = Scenario.load(scenario, changes)
-    rates = _speeds(speeds)
+    if closed:
+        if speeds is not None:
+            raise InputError(f"--speeds {speeds}: does not apply together with --closed: a beam at rest")
+        _about_rest(chosen, count, friction or "free", as_json, out)
+        return
+    if friction is not None:
+        raise InputError(f"--friction {friction}: only with --closed")
+    rates = _speeds(speeds or "0")
     target = nullcontext() if out is None else writing_file(out if out.suffix else out / "campbell.png")
     with target:
         with counting_bar("frequencies"):
@@ -46,6 +64,36 @@ def modes(
     print_result(_lines(found), found.to_dict(), as_json)
     if out is not None:
         print_note(f"Campbell diagram: {out}")
+
+
+def _about_rest(scenario: Scenario, count: int | None, friction: str, as_json: bool, out: Path | None) -> None:
+    """Print frequencies and damping ratios about the equilibrium, and draw the shapes."""
+    from oblique_impact.files import writing_file
+    from oblique_impact.vibration import frequencies_at_rest
+
+    if friction not in ("free", "stuck"):
+        raise InputError(f"--friction {friction}: should be free or stuck")
+    target = nullcontext() if out is None else writing_file(out if out.suffix else out / "mode-shapes.png")
+    with target:
+        found = frequencies_at_rest(scenario, count, "stuck" if friction == "stuck" else "free")
+        if out is not None:
+            from oblique_impact.renders.mode_shapes import draw_mode_shapes
+
+            out = draw_mode_shapes(found, out)
+    print_result(_rest_lines(found), found.to_dict(), as_json)
+    if out is not None:
+        print_note(f"mode shapes: {out}")
+
+
+def _rest_lines(found: VibrationModes) -> Iterator[str]:
+    yield "mode          rad/s             Hz  damping ratio"
+    for k, (rate, ratio) in enumerate(zip(found.frequencies, found.damping, strict=True), start=1):
+        yield f"{k:4d} {rate:14.6f} {rate / (2.0 * math.pi):14.6f} {ratio:14.6g}"
+    names = [
+        f"{f'obstacle {obstacle}' if obstacle else 'the slope'} at {place:.6g} m"
+        for obstacle, place in found.closed
+    ]
+    yield f"closed: {', '.join(names) or 'no contact'}"
 
 
 def _speeds(text: str) -> list[float]:

@@ -162,26 +162,46 @@ def sweep(
 
 
 def fit(
-    scenario: ScenarioArgument,
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="A CSV file with units in its header.")],
+    scenario: Annotated[
+        str | None, typer.Argument(metavar="SCENARIO", help="A built-in name or a TOML file.")
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Argument(metavar="DATA", help="A CSV file with units in its header.")
+    ] = None,
     vary: Annotated[
         list[str] | None, typer.Option("--vary", metavar="KEY[=LOW:HIGH]", help="A key to be found; repeatable.")
     ] = None,
+    more: Annotated[
+        list[str] | None,
+        typer.Option("--data", metavar="SCENARIO=FILE", help="A scenario with data of its own; repeatable."),
+    ] = None,
+    shift: Annotated[
+        str, typer.Option(metavar="LOW:HIGH", help="Find a time (s) within a range by which series are late.")
+    ] = "",
     starts: Annotated[int, typer.Option(help="Starts of the search.")] = 4,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/fit"),
     changes: SetOption = None,
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Find keys of a scenario from measured data; writes report.html, results.json, .csv and scenario.toml."""
+    """Find keys of scenarios from measured data; writes report.html, results.json, .csv and scenario.toml."""
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.validation.studies.fitting.fit import fit as compute
 
-    base = Scenario.load(scenario, changes or [])
+    if (scenario is None) != (data is None):
+        raise InputError("DATA: missing; fit SCENARIO DATA, or --data SCENARIO=FILE for each of several")
+    pairs = [] if scenario is None or data is None else [(scenario, data)]
+    for text in more or ():
+        name, equals, file = text.rpartition("=")
+        if not (name and equals and file):
+            raise InputError(f"--data {text}: should be SCENARIO=FILE")
+        pairs.append((name, Path(file)))
+    if not pairs:
+        raise InputError("SCENARIO: missing; fit SCENARIO DATA, or --data SCENARIO=FILE for each of several")
+    (base, first), *others = [(Scenario.load(name, changes or []), file) for name, file in pairs]
+    how: dict[str, Any] = {"starts": starts, "out": out, "workers": workers, "name": pairs[0][0]}
     with counting_bar("fit") as show:
-        result = compute(
-            base, data, vary=vary or (), starts=starts, out=out, workers=workers, name=scenario, on_progress=show
-        )
+        result = compute(base, first, vary=vary or (), others=others, shift=shift, on_progress=show, **how)
     _print(result, out, as_json)
 
 

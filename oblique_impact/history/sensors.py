@@ -42,7 +42,9 @@ def sensor_reading(history: History, sensor: str, place: float, times: Array) ->
     variables |= {"station": place, "theta": data["theta"].values, "theta_dot": data["theta_dot"].values}
     bent = BentBeam.of_history(scenario, variables)
     point, velocity = bent.point()[:, 0], bent.velocity()[:, 0]
-    across = np.exp(-1j * scenario.initial.angle)
+    # across the line of the undeformed beam, or of one that has come to rest elsewhere
+    moved = scenario.initial.state != "undeformed" and scenario.root.kind != "driven"
+    across = np.exp(-1j * (float(data["theta"].values[0]) if moved else scenario.initial.angle))
     if sensor == "displacement":
         return series_at(sampled, (across * (point - point[0])).imag, times, (across * velocity).imag)
     if sensor == "velocity":

@@ -24,11 +24,11 @@ from oblique_impact.contact.forces import (
 )
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.log import Event, Passage
-from oblique_impact.contact.state import Candidate, Contacts, State
-from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
+from oblique_impact.contact.state import RESPONSE, Candidate, Contacts, State
+from oblique_impact.contact.transitions import AtEnd, Earlier, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.jit import is_compiled
-from oblique_impact.kernels.workspace import Array
+from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array
 from oblique_impact.marching import advance as base
 from oblique_impact.marching.advance import Limits, MarchResult, StepState, march
 from oblique_impact.marching.book import Book, OpenContact
@@ -204,13 +204,27 @@ class Run:
             return
         probe, earlier = self._probe(), self.problem.earlier
         places = {i: probe.of(i) for i in earlier}
-        self.problem.scheme.resume(self.prepared, earlier, places, self.problem.q0)
+        self.problem.scheme.resume(self.prepared, earlier, places, self._accelerated(earlier, probe))
         self._enter_changes(self._steps.changes())
+
+    def _accelerated(self, earlier: Mapping[int, Earlier], probe: Probe) -> Array:
+        """Return the accelerations (d,) at the start of a run under the forces of contacts that go on."""
+        d, spare, work = self.problem.q0.size, self._spare, self._scratch.work
+        for i in range(len(self.pairs)):
+            c = probe.of(i)
+            closed = self.decision.opened(i, c).changed(state=State.SLIP)
+            spare.take(i, closed if i in earlier else c)
+        solve_problem(self.problem.system, spare, 0.0, self._y[:d], self._y[d : 2 * d], work, np.zeros(1))
+        acceleration: Array = work.vectors[FREE_ACCELERATION].copy()
+        for i, of in earlier.items():
+            normal = of.normal_force - spare.of(i).tilt * of.tangential_force
+            acceleration += spare.rows[RESPONSE, i, :2].T @ np.array([normal, of.tangential_force])
+        return acceleration
 
     def _start(self) -> Outcome | None:
         probe = self._probe()
         change = self.decision.start(probe, self.problem.earlier)
-        if change.events:
+        if any(i not in self.problem.earlier for i, _ in change.events):  # those that go on are not found here
             self._sample()
         return self._apply(change, probe)
 

@@ -86,9 +86,16 @@ class Scheme(ABC):
         return None
 
     def resume(  # noqa: B027  most schemes have no such log
-        self, prepared: Prepared, earlier: Mapping[int, Earlier], places: Mapping[int, Candidate], q: Array
+        self,
+        prepared: Prepared,
+        earlier: Mapping[int, Earlier],
+        places: Mapping[int, Candidate],
+        acceleration: Array,
     ) -> None:
-        """Log contacts that go on from an earlier run at q (d,), where they are now, if there is such a log."""
+        """Log contacts that go on from an earlier run, where they are now, if there is such a log.
+
+        The `acceleration` (d,) is that with their forces.
+        """
 
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
         """Raise InputError if this cannot march; called before a run of a user-defined scheme."""

@@ -153,6 +153,7 @@ class StepBuffers(NamedTuple):
     log: Array  # (rows, 21) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
     resumed: Array  # (n, 9) what is counted at the start of a run
+    begun: Array  # (d + 3 n,) accelerations, contact forces and states there; NaN: no contact goes on
     factored: Array  # (3,) s, step of each effective matrix
     latest: Array  # (1,) s, of the last change in the log, behind which none is
     staggered: Array  # (d,) coordinates q0 + h v0/2
@@ -179,6 +180,7 @@ class StepBuffers(NamedTuple):
             np.zeros((STEPS_PER_CALL * n, LOGGED + COUNTED)),
             np.zeros(1, dtype=np.int64),
             np.zeros((n, COUNTED)),
+            np.full(size + 3 * n, np.nan),
             np.zeros(EFFECTIVE_SLOTS),
             np.zeros(1),
             np.zeros(size),
@@ -780,8 +782,8 @@ class TimeSteppingScheme(Scheme):
         return size + (3 + COUNTED) * contacts
 
     def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:
-        """Begin to count."""
-        extra[:] = np.nan
+        """Begin to count, with the forces of contacts that go on."""
+        extra[: prepared.own.begun.size] = prepared.own.begun
         extra[-prepared.own.resumed.size :] = prepared.own.resumed.ravel()
 
     def buffers(self, task: Task) -> StepBuffers:  # noqa: D102
@@ -795,19 +797,28 @@ class TimeSteppingScheme(Scheme):
         return StepLog(prepared.own.log, prepared.own.logged, prepared.own.states.size)
 
     def resume(
-        self, prepared: Prepared, earlier: Mapping[int, Earlier], places: Mapping[int, Candidate], q: Array
+        self,
+        prepared: Prepared,
+        earlier: Mapping[int, Earlier],
+        places: Mapping[int, Candidate],
+        acceleration: Array,
     ) -> None:
         """Begin in flight, but for these contacts: the first step finds others."""
-        b, contacts = prepared.own, prepared.contacts
+        b, contacts, d = prepared.own, prepared.contacts, acceleration.size
+        b.begun[:d], b.begun[d:] = acceleration, 0.0
         for i, contact in earlier.items():
             at = places[i]
             slips = BACKWARDS if contact.tangential_force > 0.0 else FORWARDS
             b.states[i] = STUCK if contact.state == State.STICK else slips
+            b.begun[d + 2 * i : d + 2 * i + 2] = contact.normal_force, contact.tangential_force
             b.resumed[i] = [OF_AN_IMPACT, 0.0, 0.0, 0.0, contact.normal_force, at.slip, at.slip, 0.0, 0.0]
             began = [0.0, 0.0, i, OPEN, b.states[i], at.slip, at.gap_rate, at.slip_rate, *[0.0] * OF_A_CONTACT]
             b.log[b.logged[0]] = [*began, *b.resumed[i]]
             b.logged[0] += 1
             contacts.take(i, contacts.of(i).changed(gap=at.gap, slip=at.slip, gap_rate=at.gap_rate))
+        b.begun[d + 2 * b.states.size :] = b.states
+        if not earlier:  # what begins now is in the first step
+            b.begun[:] = np.nan
         y = b.yielding
         if earlier and (y.body is not None or y.elastic):
             for i in earlier:
@@ -817,6 +828,7 @@ class TimeSteppingScheme(Scheme):
             closed, forces = np.array(sorted(earlier)), np.zeros(2 * len(earlier))
             for k, i in enumerate(sorted(earlier)):
                 forces[2 * k : 2 * k + 2] = earlier[i].normal_force, earlier[i].tangential_force
+                y.relaxed[2 * i : 2 * i + 2] = forces[2 * k : 2 * k + 2]  # the body has yielded to them
             push_body(y, 1.0, forces, closed, len(closed))  # a step of any length
             end_yielding(y, 1.0, forces, closed, len(closed))
             for i in earlier:

@@ -32,6 +32,8 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if s.beam.tip_mass > 0.0:
             yield "beam.tip_mass", f"{uniform} a tip mass"
     yield from _of_contact_point(s)
+    if s.initial.state != "undeformed":
+        yield from _of_rest(s)
     yield from _of_rigid_stop(s)
     yield from _of_many_contacts(s) if s.contact.where == "anywhere" else _of_one_contact(s)
     if s.contact.point_inertia == "none":
@@ -63,6 +65,16 @@ def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "contact.point", f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
 
 
+def _of_rest(s: ScenarioModel) -> Iterator[tuple[str, str]]:
+    length = s.beam.length
+    if s.initial.place > length:
+        yield "initial.place", f"should be on the beam, at most beam.length = {length}"
+    if s.root.kind == "driven" and s.root.profile == "constant-speed" and s.root.spin_rate != 0.0:
+        yield "initial.state", 'should be "undeformed" of a root that turns at t = 0: it is not at rest'
+    if s.is_absolute:
+        yield "initial.state", 'should be "undeformed" of the beam in absolute coordinates'
+
+
 def _of_rigid_stop(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     c, scheme = s.contact, s.solver.scheme
     if not c.enabled or c.normal != "rigid":
@@ -79,7 +91,8 @@ def _of_one_contact(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         only = 'false only with contact.where = "anywhere"'
         yield "slope.enabled", f"{only}; contact.enabled = false is free motion"
     beyond = not s.slope_side.is_beside(s.initial_slip)
-    if s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
+    inside = s.contact.enabled and s.initial.state == "undeformed"  # a beam at rest is bent away from it
+    if inside and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
         below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
         yield "initial.angle", f"{below}; the gap should be at least 0"
 
@@ -105,13 +118,14 @@ def _is_tapered(s: ScenarioModel) -> bool:
 
 
 def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
-    """Yield obstacles that the beam at t = 0 overlaps, or that lie on its axis."""
+    """Yield obstacles that the undeformed beam overlaps at t = 0, or that lie on its axis."""
+    preloaded = s.initial.state != "undeformed"  # a beam at rest is bent away from them
     radius, angle, touching = s.root.hub_radius, s.initial.angle, TOUCHING * s.beam.length
     for side in s.sides:
         key, name = _named(side.obstacle)
         for x in s.beam_points:
             gap, along = side.gap_and_place(radius + x, angle, s.half_depth)
-            if gap < -touching and side.lengthened(s.cell_on(side, x)).is_beside(along):
+            if gap < -touching and not preloaded and side.lengthened(s.cell_on(side, x)).is_beside(along):
                 below = f"the beam's point at {x:.6g} m starts {-gap:.6g} m below {name}"
                 yield key, f"{below}; the gap should be at least 0"
     for point in s.obstacle_points:
@@ -119,7 +133,7 @@ def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         distance = point.distance(radius, radius + s.beam.length, angle)
         what = f"an end of {name}" if point.corner else name
         least = point.radius + s.half_depth
-        if distance < least - touching:
+        if distance < least - touching and not preloaded:
             yield (
                 key,
                 f"{what} is {distance:.6g} m from the beam's axis at t = 0; should be at least {least:.6g} m",

@@ -60,6 +60,15 @@ RULES = (
     Rule(
         "initial", "angular_velocity", lambda s: s.root.kind != "driven", "a driven root prescribes its own speed"
     ),
+    Rule(
+        "initial",
+        "angular_velocity",
+        lambda s: s.initial.state == "undeformed",
+        'a beam at rest does not turn; only with initial.state = "undeformed"',
+    ),
+    Rule(
+        "initial", "place deflection force", lambda s: s.initial.state == "plucked", 'only with state = "plucked"'
+    ),
     Rule("base", "frequency sweep_rate", lambda s: s.base.acceleration != 0.0, "only with base.acceleration"),
     Rule("base", "direction", lambda s: s.base.is_shaken, "only with base.acceleration or base.table"),
     Rule("slope", "enabled extent", lambda s: s.contact.enabled, _FREE),

@@ -189,6 +189,23 @@ class ScenarioModel(InputSection):
         return [self.slope_side, *others] if self.slope.enabled else others
 
     @property
+    def preloaded_sides(self) -> dict[int, float]:
+        """Sides, by obstacle, that the undeformed beam is inside of, and on which side of their ends it rests.
+
+        That is 1 where the beam is on the left of them, seen along it, and -1 on the right.  Only a beam that
+        begins at rest may be bent away from them.
+        """
+        if self.initial.state == "undeformed" or not self.touches_anywhere:
+            return {}
+        angle, found = self.initial.angle, dict[int, float]()
+        for side in self.sides:
+            for x in self.beam_points:
+                gap, along = side.gap_and_place(self.root.hub_radius + x, angle, self.half_depth)
+                if gap < 0.0 and side.lengthened(self.cell_on(side, x)).is_beside(along):
+                    found[side.obstacle] = math.copysign(1.0, math.cos(angle - side.angle))
+        return found
+
+    @property
     def obstacle_points(self) -> list[ObstaclePoint]:
         """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``.
 

@@ -157,10 +157,34 @@ class RootSection(InputSection):
 
 
 class InitialSection(InputSection):
-    """The undeformed beam at t = 0."""
+    """The beam at t = 0."""
 
     angle: Angle = key(math.pi / 4, "angle of the beam from the horizontal")
-    angular_velocity: Annotated[Finite, Unit("rad/s")] = key(0.0, "angular velocity of the beam")
+    angular_velocity: Annotated[Finite, Unit("rad/s")] = key(0.0, "angular velocity of the undeformed beam")
+    state: Literal["undeformed", "equilibrium", "plucked"] = key(
+        "undeformed",
+        "the undeformed beam; the beam at rest under weight, torque, springs and contacts without friction, found "
+        "from `angle` (`equilibrium`); or such a one that is held at `place` by `deflection` or `force` and "
+        "released at t = 0 (`plucked`)",
+    )
+    place: Annotated[NonNegative, Unit("m")] = key(0.0, "where a plucked beam is held, along it from its root")
+    deflection: Annotated[Finite, Unit("m")] = key(
+        0.0,
+        "how far a plucked beam is held at `place`, across its axis from where it rests without; left positive",
+    )
+    force: Annotated[Finite, Unit("N")] = key(
+        0.0, "force that holds a plucked beam at `place`, across its axis where it rests without; left positive"
+    )
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield what a plucked beam lacks, or has twice."""
+        if self.state != "plucked":
+            return
+        plucked = 'of a beam with state = "plucked"'
+        if self.place == 0.0:
+            yield "place", f"should be greater than 0 {plucked}"
+        if (self.deflection == 0.0) == (self.force == 0.0):
+            yield "deflection", f"one of deflection and force should not be 0 {plucked}"
 
 
 def _ascends_in_time(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:

@@ -45,6 +45,8 @@ CASES = {
     "yielding": f"{START} {SMOOTH} {DRIVEN} root.stiffness=300",
     "constant": f"{START} {SMOOTH} {DRIVEN} root.profile=constant-speed root.spin_rate=-1",
     "driven": f"{START} {SMOOTH} {DRIVEN} root.profile=spin-up root.spin_rate=-2 root.spin_up_time=0.004",
+    "plucked": f"{START} {SMOOTH} {DRIVEN} initial.state=plucked initial.place=0.5 initial.deflection=1e-4",
+    "resting": f"{START} {SMOOTH} initial.angular_velocity=0 initial.state=equilibrium",
     "shaken": f"{START} {SMOOTH} base.acceleration=5 base.frequency=200",
     "fem": f"{START} {SMOOTH} {FEM}",
     "fixed-step": f"{START} {ROUGH} solver.scheme=fixed-step {STEPS}",
@@ -100,6 +102,10 @@ ACTS = {
     "root.spin_up_time": ("driven", "0.005"),
     "initial.angle": ("smooth", "0.473"),
     "initial.angular_velocity": ("smooth", "-1.1"),
+    "initial.state": ("smooth", "equilibrium initial.angular_velocity=0"),
+    "initial.place": ("plucked", "0.6"),
+    "initial.deflection": ("plucked", "2e-4"),
+    "initial.force": ("plucked", "1 initial.deflection=0"),
     "base.acceleration": ("shaken", "6"),
     "base.frequency": ("shaken", "150"),
     "base.sweep_rate": ("shaken", "1000"),
@@ -166,6 +172,10 @@ IDLE = [
     ("held", "root.spin_rate", "1"),
     ("constant", "root.spin_up_time", "1"),
     ("driven", "initial.angular_velocity", "1"),
+    ("resting", "initial.angular_velocity", "1"),
+    ("resting", "initial.place", "0.5"),
+    ("smooth", "initial.deflection", "0.1"),
+    ("smooth", "initial.force", "1"),
     ("smooth", "base.frequency", "10"),
     ("smooth", "base.sweep_rate", "10"),
     ("smooth", "base.direction", "1"),
@@ -357,7 +367,7 @@ def test_studies_over_a_key_without_effect_are_refused_at_once(tmp_path):
     with refused_in_one_line(
         "has no effect: a rigid stop has none", start="--vary contact.stiffness = 1000000.0: "
     ):
-        parameters_of(["contact.stiffness"], Scenario())
+        parameters_of(["contact.stiffness"], [Scenario()])
     mixed = SWEEP + "[[axes]]\nkey = 'contact.normal'\nvalues = ['rigid', 'spring']\n"
     (tmp_path / "sweep.toml").write_text(mixed)
     assert len(load_plan(tmp_path / "sweep.toml").impossible) == 1

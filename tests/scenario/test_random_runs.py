@@ -49,6 +49,12 @@ FEATURES: dict[str, dict[str, dict[str, Any]]] = {
             | {"hub_radius": 0.05}
         },
     },
+    "start": {
+        "moving": {},
+        "equilibrium": {"initial": {"state": "equilibrium"}},
+        "plucked by a force": {"initial": {"state": "plucked", "place": 0.8, "force": -5.0}},
+        "plucked away": {"initial": {"state": "plucked", "place": 0.9, "deflection": 2e-5}},
+    },
     "base": {"still": {}, "shaken": {"base": {"acceleration": 50.0, "frequency": 200.0}}},
     "where": {
         "point": {},
@@ -161,8 +167,8 @@ def drawn(case: int, rng: np.random.Generator) -> tuple[dict[str, str], dict[str
         choices[feature] = names[0] if plain else str(rng.choice(names))
         for section, keys in options[choices[feature]].items():
             given[section] = given.get(section, {}) | keys
-    given["initial"] = {"angle": rng.uniform(-0.5, 0.7)}
-    if given.get("root", {}).get("kind") != "driven":
+    given["initial"] = given.get("initial", {}) | {"angle": rng.uniform(-0.5, 0.7)}
+    if given.get("root", {}).get("kind") != "driven" and choices["start"] == "moving":
         given["initial"]["angular_velocity"] = -SPEED
     if choices["surface"] == "section":
         given["beam"] = given.get("beam", {}) | {"outer_fibre": HALF_DEPTH}

@@ -21,7 +21,8 @@ UNITS = {
     "solver.output_interval",
     "m": "beam.length beam.outer_fibre beam.section.width beam.section.height beam.section.diameter "
     "beam.section.thickness beam.section.flange_thickness beam.section.web_thickness "
-    "root.hub_radius slope.origin slope.extent contact.point discretization.nodes",
+    "root.hub_radius slope.origin slope.extent contact.point discretization.nodes "
+    "initial.place initial.deflection",
     "rad": "initial.angle slope.angle base.direction",
     "rad/s": "root.spin_rate initial.angular_velocity",
     "1/s": "beam.mass_proportional solver.baumgarte",
@@ -34,6 +35,7 @@ UNITS = {
     "Pa": "beam.youngs_modulus",
     "kg": "beam.tip_mass",
     "kg m^2": "root.inertia",
+    "N": "initial.force",
     "N m": "root.torque",
     "N m/rad": "root.stiffness",
     "N m s/rad": "root.damping",

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom
 from scipy.stats import t as student
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import InputError, Scenario, frequencies_at_rest, simulate
 from oblique_impact.history.sensors import sensor_reading
 from oblique_impact.renders.exports import export
 from oblique_impact.validation import fit
@@ -266,3 +266,127 @@ def test_a_table_that_was_exported_is_read(tmp_path):
     assert smooth.sum() > 0.9 * len(values)
     said = measured.predict(history)[smooth]
     assert said == pytest.approx(values[smooth], rel=1e-9, abs=1e-9 * np.abs(values).max())
+
+
+# --- frequencies and damping ratios, several scenarios, a shift in time
+
+#: a clamped strip on a clamp that yields, without contact
+RIG = STRIP.adapted(
+    (), contact__enabled=False, root__stiffness=5.0, beam__kelvin_voigt=1e-5, gravity=0.0, initial__angle=0.0
+)
+
+
+def rows_of_modes(path, scenario, frequencies, ratios=0):
+    """A table of rows with the first frequencies and damping ratios of a scenario."""
+    found = frequencies_at_rest(scenario)
+    lines = ["quantity, value, deviation"]
+    for k in range(frequencies):
+        lines.append(f"frequency:{k + 1} [Hz], {float(found.frequencies[k]) / (2.0 * math.pi)!r}, 0.01")
+    lines += [f"damping:{k + 1}, {float(found.damping[k])!r}, 1e-5" for k in range(ratios)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_frequencies_and_a_damping_ratio_give_clamp_modulus_and_damping_back(tmp_path):
+    data = rows_of_modes(tmp_path / "f.csv", RIG, 3, 1)
+    guess = RIG.replace(root__stiffness=3.0, beam__youngs_modulus=1.8e11, beam__kelvin_voigt=2e-5)
+    keys = ["root.stiffness", "beam.youngs_modulus", "beam.kelvin_voigt"]
+    result = fit(guess, data, vary=keys, starts=1, workers=1)
+    for key in keys:
+        assert result[key].value == pytest.approx(RIG.value_of(key), rel=1e-4)
+    assert any(remark.startswith("no two keys stand for each other") for remark in result.remarks)
+    assert result.histories == {}
+
+
+def test_keys_that_stand_for_each_other_are_named(tmp_path):
+    """Frequencies know the ratio of modulus and density alone, of the beam on a rigid clamp."""
+    rigid = RIG.adapted((), root__stiffness=0.0)
+    data = rows_of_modes(tmp_path / "f.csv", rigid, 3)
+    keys = ["beam.youngs_modulus", "beam.density"]
+    result = fit(rigid.replace(beam__density=7000.0), data, vary=keys, starts=1, workers=1)
+    (told,) = (remark for remark in result.remarks if "stand for each other" in remark)
+    assert "beam.density and beam.youngs_modulus (1.0000: up together)" in told
+    assert abs(result.tables["correlation"].iloc[0, 1]) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_two_scenarios_determine_a_key_together_by_the_command(tmp_path, cli):
+    """A key is the same in both, and one that acts in one of them alone is found from that."""
+    supported = RIG.adapted(
+        (), contact__enabled=True, contact__normal="spring", contact__stiffness=2e3, slope__origin=[0.25, 1e-5],
+        slope__angle=0.0, initial__state="equilibrium", contact__friction="frictionless",
+    )  # fmt: skip
+    words = []
+    for name, scenario in (("free", RIG), ("held", supported)):
+        rows_of_modes(tmp_path / f"{name}.csv", scenario, 2)
+        changes = {"root__stiffness": 3.0} | ({"contact__stiffness": 1e3} if name == "held" else {})
+        (tmp_path / f"{name}.toml").write_text(scenario.replace(**changes).to_toml())
+        words += ["--data", f"{tmp_path / name}.toml={tmp_path / name}.csv"]
+    vary = ("--vary", "root.stiffness", "--vary", "contact.stiffness")
+    out = tmp_path / "out"
+    code, _, error = cli("fit", *words, *vary, "--starts", 1, "--workers", 1, "--out", out)
+    assert code == 0, error
+    rows = {row["key"]: row["value"] for row in json.loads((out / "results.json").read_text())["keys"]}
+    assert rows == pytest.approx({"root.stiffness": 5.0, "contact.stiffness": 2e3}, rel=1e-4)
+    assert Scenario.load(str(out / "scenario-2.toml")).contact.stiffness == pytest.approx(2e3, rel=1e-4)
+    assert set(pd.read_csv(out / "data.csv")["scenario"]) == {1, 2}
+
+
+def test_a_series_that_begins_late_gives_its_shift(tmp_path, exact):
+    late, noise = 1.5e-3, 2e-5 * np.random.default_rng(5).standard_normal(TIMES.size - 2)
+    data = written(
+        tmp_path / "d.csv", "time [ms], displacement@200 mm [mm]", 1e3 * (TIMES[1:-1] - late),
+        1e3 * (exact[1:-1] + noise),
+    )  # fmt: skip
+    result = fit(STRIP, data, vary=["contact.stiffness"], shift="-0.001:0.002", starts=1, workers=1)
+    assert result["shift"].low < late < result["shift"].high
+    assert result["shift"].value == pytest.approx(late, abs=5e-5)
+
+
+def test_frequencies_stand_beside_a_series(tmp_path, exact):
+    """Their lines need no time, and the stiffness of the clamp comes from them alone."""
+    yields = STRIP.replace(root__stiffness=200.0)
+    hertz = float(frequencies_at_rest(yields).frequencies[0]) / (2.0 * math.pi)
+    series = sensor_reading(simulate(yields), "displacement", 0.2, TIMES)
+    lines = [f"{1e3 * t!r},{1e3 * w!r},0.02,," for t, w in zip(TIMES.tolist(), series.tolist(), strict=True)]
+    header = "time [ms],displacement@200 mm [mm],displacement@200 mm +- [mm],frequency:1 [Hz],frequency:1 +- [Hz]"
+    (tmp_path / "d.csv").write_text("\n".join([header, *lines, f"0,,,{hertz!r},0.01"]) + "\n")
+    result = fit(
+        yields.replace(root__stiffness=150.0), tmp_path / "d.csv", vary=["root.stiffness"], starts=1, workers=1
+    )
+    assert result["root.stiffness"].value == pytest.approx(200.0, rel=1e-3)
+    assert result.tables["data"]["time"].isna().sum() == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("quantity, value\nfrequency:0 [Hz], 3\n", "column frequency:0: should be frequency:N, N from 1 to 100"),
+        ("quantity, value\nfrequency:1, 3\n", "column frequency:1: its unit is missing; write frequency:1 [Hz]"),
+        ("quantity, value\nfrequency:1 [m], 3\n", "column frequency:1 [m]: should be"),
+        ("quantity, value, deviation\nfrequency:1 [Hz], 3\n", "line 2: has 2 cells, the header 3"),
+    ],
+)
+def test_faulty_rows_of_modes_are_refused(tmp_path, text, words):
+    (tmp_path / "f.csv").write_text(text)
+    with pytest.raises(InputError) as error:
+        fit(RIG, tmp_path / "f.csv", vary=["root.stiffness"], starts=1, workers=1)
+    assert words in str(error.value)
+
+
+def test_a_faulty_shift_or_pair_is_refused(tmp_path, exact, cli):
+    data = written(tmp_path / "d.csv", "time [ms], displacement@200 mm [mm]", 1e3 * TIMES, 1e3 * exact)
+    for shift, words in (
+        ("1", "--shift 1: should be LOW:HIGH in s"),
+        ("-1:1", "--shift -1:1: should be within what a run holds"),
+    ):
+        with pytest.raises(InputError) as error:
+            fit(STRIP, data, vary=["contact.stiffness"], shift=shift, starts=1, workers=1)
+        assert str(error.value).startswith(words)
+    for words, told in (
+        (("--data", "shaken"), "--data shaken: should be SCENARIO=FILE"),
+        (("shaken",), "DATA: missing"),
+        ((), "SCENARIO: missing"),
+    ):
+        code, _, error = cli("fit", *words, "--vary", "contact.stiffness", "--out", tmp_path / "out")
+        assert code == 2
+        assert told in error

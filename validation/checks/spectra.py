@@ -15,6 +15,7 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
 from oblique_impact.validation.runs import EPS, unit_beam
+from oblique_impact.vibration import frequencies_at_rest
 
 check = checks_of("frequencies", "Beam frequencies and their h⁴ constants")
 
@@ -144,6 +145,41 @@ def on_a_spring() -> Iterator[Measurement]:
                 f"{method}-{stiffness:g}",
             )
             yield within(quantity, computed[k], roots[k] ** 2, "sqrt(EI/(m L⁴))", float(bound[k]), text, name)
+
+
+@check("A clamped beam that rests on a spring or a rigid stop at its tip: `modes --closed`.", seconds=3.0)
+def at_rest() -> Iterator[Measurement]:
+    """The worst of three frequencies for each stop, in E I/L³, pressed in by a millionth of the length."""
+    text = "b³ (1 + cos b cosh b) = k (cos b sinh b - sin b cosh b), rigid tan b = tanh b, by bisection"
+    clamped, propped = clamped_free_roots(4), hinged_free_roots(3)
+    for stiffness in (1.0, 1e2, 1e4, np.inf):
+
+        def value(b: float, k: float = stiffness) -> float:
+            s, c, th, sech = np.sin(b), np.cos(b), np.tanh(b), 1.0 / np.cosh(b)
+            return float(b**3 * (sech + c) - k * (c * th - s))
+
+        roots = propped
+        if stiffness < np.inf:
+            roots = np.array([brentq(value, *ends, xtol=1e-14) for ends in zip(clamped, propped, strict=False)])
+        stop = {} if stiffness == np.inf else {"contact__normal": "spring", "contact__stiffness": stiffness}
+        of_elements = 1e-9 + 1.5 * VALUES["1.3"] * (roots / 32) ** 4
+        base = unit_beam({"kind": "driven"}, method="fem", modes=0, elements=32)
+        scenario = base.adapted(
+            (),
+            gravity=0.0,
+            initial__angle=0.0,
+            initial__state="equilibrium",
+            contact__enabled=True,
+            contact__friction="frictionless",
+            slope__origin=[1.0, 1e-6],
+            slope__angle=0.0,
+            **stop,
+        )
+        computed = frequencies_at_rest(scenario, 3).frequencies
+        k = int(np.argmax(np.abs(computed / roots**2 - 1.0) / of_elements))
+        name = "rigid" if stiffness == np.inf else f"{stiffness:g}"
+        quantity = f"frequency {k + 1}, stop {name}, all nodes of 32 elements"
+        yield within(quantity, computed[k], roots[k] ** 2, "sqrt(EI/(m L⁴))", float(of_elements[k]), text, name)
 
 
 def _of_nodes(scenario: Scenario) -> np.ndarray:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress
 from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.fitting.least_squares import FitProblem, Parameter, SearchResult, Solution
-from oblique_impact.validation.studies.fitting.measured import Array
+from oblique_impact.validation.studies.fitting.measured import Array, Unrun
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.predictability import (
     LARGE,
@@ -178,8 +179,10 @@ def _report(problem: FitProblem, best: Solution, found: Any) -> str:
 # --- what stands against it
 
 
-def caveats(found: SearchResult, estimate: Estimate, history: History, workers: int | None) -> list[str]:
-    """Return what stands against a fit, and the warnings of the fitted run."""
+def caveats(
+    found: SearchResult, estimate: Estimate, runs: Sequence[History | Unrun], workers: int | None
+) -> list[str]:
+    """Return what stands against a fit, which keys stand for each other, and the warnings of the fitted runs."""
     problem, squares, freedom = found.problem, estimate.solution.squares, estimate.degrees_of_freedom
     sentences = list[str]()
     for number, solution in enumerate(found.solutions, start=1):
@@ -197,8 +200,34 @@ def caveats(found: SearchResult, estimate: Estimate, history: History, workers: 
     failed = sum(math.isinf(solution.squares) for solution in found.solutions)
     if failed:
         sentences.append(f"{failed} of {len(found.solutions)} starts have no run with all that was measured")
-    sentences += _unpredictable(problem, history, workers)
-    return sentences + [f"warning of the run: {warning}" for warning in history.summary.get("warnings", ())]
+    sentences.append(_together(estimate.correlation))
+    for number, run in enumerate(runs):
+        if isinstance(run, History):
+            sentences += _unpredictable(found, estimate, number, run, workers)
+            sentences += [f"warning of the run: {warning}" for warning in run.summary.get("warnings", ())]
+    return sentences
+
+
+def _together(correlation: pd.DataFrame) -> str:
+    """Return a sentence on which keys stand for each other, by their correlation."""
+    names = [str(name) for name in correlation]
+    pairs = [
+        (float(correlation.iloc[i, j]), names[i], names[j]) for i in range(len(names)) for j in range(i)
+    ]  # each once
+    if not pairs:
+        return "one key alone: no other can stand for it"
+    pairs.sort(key=lambda pair: -abs(pair[0]))
+    close = [pair for pair in pairs if abs(pair[0]) > _TOGETHER]
+    if not close:
+        largest, *two = pairs[0]
+        return (
+            f"no two keys stand for each other: the largest correlation is {largest:.3f}, of {' and '.join(two)}"
+        )
+    told = (
+        f"{one} and {other} ({value:.4f}: {'up' if value > 0 else 'down'} together)" for value, one, other in close
+    )
+    words = "the data tell what they make together far better than each alone"
+    return f"keys that stand for each other, by their correlation: {', '.join(told)}; {words}"
 
 
 def _remark(parameter: Parameter, interval: Interval, correlation: pd.DataFrame) -> str:
@@ -219,20 +248,27 @@ def _remark(parameter: Parameter, interval: Interval, correlation: pd.DataFrame)
     return ""
 
 
-def _unpredictable(problem: FitProblem, history: History, workers: int | None) -> list[str]:
+def _unpredictable(
+    found: SearchResult, estimate: Estimate, number: int, history: History, workers: int | None
+) -> list[str]:
     """Name the columns that depend on the initial angle beyond measurement, by the growth of the events before."""
-    scenario = history.scenario
+    scenario, problem = history.scenario, found.problem
     if not history.macro_collisions or scenario is None:
         return []
+    measured = problem.measured.experiments[number].measured
+    own = (problem.measured.table["scenario"] == number + 1).to_numpy()
+    deviations, shift = problem.deviations[own], problem.shift(number, estimate.solution.u)
     frame = run_study(perturbed_runs(scenario, count=2), workers=workers)
     case, turn = judge(scenario, frame), float(frame["initial.angle"].max()) - scenario.initial.angle
     try:
         turned = simulate(scenario.replace(initial__angle=scenario.initial.angle + turn))
-        moved = np.abs(problem.measured.predict(turned) - problem.measured.predict(history)) / problem.deviations
+        moved = np.abs(measured.predict(turned, shift) - measured.predict(history, shift)) / deviations
     except (InputError, GapError):
-        moved = np.full(problem.deviations.size, math.inf)
+        moved = np.full(deviations.size, math.inf)
     sentences = []
-    for name, rows in problem.measured.table.groupby("column", sort=False):
+    for name, rows in measured.table.groupby("column", sort=False):
+        if measured.readings[str(name)].at_rest:
+            continue
         last = float(rows["time"].max())
         until = decided_at(str(name), history) if math.isnan(last) else last
         before = case.events[case.events["time"] <= until]
@@ -240,7 +276,7 @@ def _unpredictable(problem: FitProblem, history: History, workers: int | None) -
         if growth > SMALL:
             since = float(before["time"][before["growth"] > (LARGE if growth >= LARGE else SMALL)].min())
             from_then = "" if math.isnan(last) else f" from {since:.6g} s on"
-            shift = f"{turn:g} rad of the initial angle move it by {moved[rows.index].max():.2g}"
-            words = f"{verdict_of(growth)}{from_then}: a growth of {growth:.3g}; {shift} standard deviations"
+            turns = f"{turn:g} rad of the initial angle move it by {moved[rows.index].max():.2g}"
+            words = f"{verdict_of(growth)}{from_then}: a growth of {growth:.3g}; {turns} standard deviations"
             sentences.append(f"{name}: {words}")
     return sentences

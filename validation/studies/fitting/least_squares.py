@@ -23,19 +23,22 @@ import numpy as np
 from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
+from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress
 from oblique_impact.scenario.effects import idle
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import schema_of, unit_of_key
-from oblique_impact.simulation import compute_history as simulate
+from oblique_impact.scenario.units import Unit
 from oblique_impact.validation.studies.design import check_keys, si_value
-from oblique_impact.validation.studies.fitting.measured import Array, Measured
+from oblique_impact.validation.studies.fitting.measured import Array, Campaign, Experiment, Unrun
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.quantities import GapError
 
 #: starts are spread over a factor of 10 to both sides, of keys with a sign over a tenth of their value
 _FACTOR, _PART = 10.0, 0.1
+#: step of logarithms where no run is differentiated
+_AT_REST = 1e-3
 #: residual where no run has all that was measured: the search turns back
 _NONE = 1e100
 
@@ -53,6 +56,8 @@ class Parameter:
     limits: tuple[float, float]
     #: whether u is a logarithm; else it is a part of half the spread
     positive: bool
+    #: the number of the experiment, from 0, whose series it shifts in time; a key of all scenarios has none
+    shifts: int | None = None
 
     @property
     def label(self) -> str:
@@ -62,7 +67,7 @@ class Parameter:
     @property
     def name(self) -> str:
         """Name of the coordinate in lmfit."""
-        return self.keys[0].replace(".", "__")
+        return self.keys[0].replace(".", "__").replace(":", "_")
 
     def value(self, u: float) -> float:
         """Value of the key at a coordinate."""
@@ -83,11 +88,14 @@ class Parameter:
         return low, high
 
 
-def parameters_of(vary: Sequence[str], scenario: Scenario) -> tuple[Parameter, ...]:
-    """Read what --vary names, each KEY, KEY,KEY with the same value, or KEY=LOW:HIGH; raises InputError."""
+def parameters_of(vary: Sequence[str], scenarios: Sequence[Scenario]) -> tuple[Parameter, ...]:
+    """Read what --vary names, each KEY, KEY,KEY with the same value, or KEY=LOW:HIGH; raises InputError.
+
+    A key has the same value in all scenarios in which it acts, and starts from that in the first of them.
+    """
     if not vary:
         raise InputError("--vary: missing; name a key to be found, as contact.stiffness")
-    parameters = tuple(_parameter(text, scenario) for text in vary)
+    parameters = tuple(_parameter(text, scenarios) for text in vary)
     keys = [key for parameter in parameters for key in parameter.keys]
     for key in keys:
         if keys.count(key) > 1:
@@ -95,12 +103,48 @@ def parameters_of(vary: Sequence[str], scenario: Scenario) -> tuple[Parameter, .
     return parameters
 
 
-def _parameter(text: str, scenario: Scenario) -> Parameter:
+def shifts_of(text: str, experiments: Sequence[Experiment]) -> tuple[Parameter, ...]:
+    """Read the range LOW:HIGH (s) of --shift, of a time by which each experiment's series are late in its run."""
+    ends = text.split(":")
+    try:
+        low, high = (Unit("s").to_si(end) if end.strip()[-1:].isalpha() else float(end) for end in ends)
+    except ValueError:
+        low = high = math.nan
+    if not low < high:
+        raise InputError(f"--shift {text}: should be LOW:HIGH in s, LOW less than HIGH")
+    found = list[Parameter]()
+    for number, one in enumerate(experiments):
+        times = one.measured.table["time"].dropna()
+        if times.empty:
+            continue
+        least, most = -float(times.min()), one.scenario.end_time - float(times.max())
+        if low < least or high > most:
+            words = f"the run of {one.name} has its series from {least:g} to {most:g} s"
+            raise InputError(f"--shift {text}: should be within what a run holds: {words}")
+        name = "shift" if len(experiments) == 1 else f"shift:{number + 1}"
+        start = 0.0 if low < 0.0 < high else 0.5 * (low + high)
+        found.append(Parameter((name,), "s", start, (low, high), (low, high), False, number))
+    if not found:
+        raise InputError(f"--shift {text}: there is no series")
+    return tuple(found)
+
+
+def acts_in(scenario: Scenario, key: str) -> bool:
+    """Return whether a scenario has a key, which acts there."""
+    try:
+        scenario.value_of(key)
+    except (AttributeError, IndexError):
+        return False
+    return not idle(scenario, key)
+
+
+def _parameter(text: str, scenarios: Sequence[Scenario]) -> Parameter:
     names, ranged, ends = text.partition("=")
     keys = tuple(name.strip() for name in names.split(","))
     check_keys(keys, "--vary")
+    scenario = next((one for one in scenarios if acts_in(one, keys[0])), scenarios[0])
     for name in keys:
-        if words := idle(scenario, name):
+        if not any(acts_in(one, name) for one in scenarios) and (words := idle(scenario, name)):
             raise refused(f"--vary {name}", scenario.value_of(name), words)
     key, value = keys[0], scenario.value_of(keys[0])
     if not isinstance(value, float):
@@ -158,27 +202,44 @@ class Solution:
 
 @dataclass(frozen=True)
 class FitProblem:
-    """A scenario with keys to be found, and data with their standard deviations (n,)."""
+    """Scenarios with keys to be found, and data with their standard deviations (n,)."""
 
-    base: Scenario
+    measured: Campaign
     parameters: tuple[Parameter, ...]
-    measured: Measured
     deviations: Array
 
     @property
     def step(self) -> float:
         """Half the distance of the two runs of a difference quotient."""
-        solver = self.base.solver
-        return math.cbrt(solver.tolerance) if solver.scheme == "event" else 1e-2
+        solvers = [one.scenario.solver for one in self.measured.experiments if one.measured.needs_run]
+        steps = [math.cbrt(solver.tolerance) if solver.scheme == "event" else 1e-2 for solver in solvers]
+        return max(steps, default=_AT_REST)
 
-    def scenario(self, u: Array) -> Scenario:
-        """Return the scenario at coordinates (p,); raises InputError."""
-        pairs = zip(self.parameters, u.tolist(), strict=True)
-        return self.base.replace(**{key.replace(".", "__"): p.value(x) for p, x in pairs for key in p.keys})
+    def scenarios(self, u: Array) -> list[Scenario]:
+        """Return the scenario of each experiment at coordinates (p,); raises InputError."""
+        pairs = [(p, p.value(x)) for p, x in zip(self.parameters, u.tolist(), strict=True) if p.shifts is None]
+        values = [(key, value) for p, value in pairs for key in p.keys]
+        bases = [one.scenario for one in self.measured.experiments]
+        return [
+            base.replace(**{key.replace(".", "__"): value for key, value in values if acts_in(base, key)})
+            for base in bases
+        ]
 
-    def predict(self, u: Array) -> Array:
-        """Return what the run at u says of the data (n,); raises InputError and GapError."""
-        return self.measured.predict(simulate(self.scenario(u)))
+    def shift(self, number: int, u: Array) -> float:
+        """Return the shift (s) of the series of an experiment, from 0, at coordinates (p,)."""
+        return sum(p.value(x) for p, x in zip(self.parameters, u.tolist(), strict=True) if p.shifts == number)
+
+    def runs(self, u: Array) -> list[History | Unrun]:
+        """Return the runs at u; raises InputError."""
+        pairs = zip(self.measured.experiments, self.scenarios(u), strict=True)
+        return [one.measured.run(scenario) for one, scenario in pairs]
+
+    def predict(self, u: Array, runs: Sequence[History | Unrun] | None = None) -> Array:
+        """Return what the runs at u say of the data (n,); raises InputError and GapError."""
+        found = list[Array]()
+        for k, (one, run) in enumerate(zip(self.measured.experiments, runs or self.runs(u), strict=True)):
+            found.append(one.measured.predict(run, self.shift(k, u)))
+        return np.concatenate(found)
 
     def residuals(self, u: Array) -> Array:
         """Return (run - measured)/sigma at u."""

@@ -12,6 +12,13 @@ each line is one repetition of the measurement:
 
     start:1 [ms], start:2 [ms], impulse [N s], impulse +- [N s], restitution
 
+Natural frequencies and damping ratios about the equilibrium, as of `modes --closed`, stand among columns of both
+kinds, and in a table of rows, one for each value; a line without a deviation has none:
+
+    quantity, value, deviation
+    frequency:1 [Hz], 8.21, 0.02
+    damping:1, 0.0041, 0.0003
+
 NAME +- is the standard deviation of the values of NAME.  A table that `export` has written is read as well, but
 for what nobody measures: coordinates, states, clearances, and what belongs to one of several contacts.
 """
@@ -26,8 +33,9 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -42,6 +50,7 @@ from oblique_impact.history.variables import VARIABLES as EXPORTED
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.units import Unit
+from oblique_impact.simulation import compute_history as simulate
 from oblique_impact.validation.studies.quantities import (
     VARIABLES,
     GapError,
@@ -49,10 +58,16 @@ from oblique_impact.validation.studies.quantities import (
     quantity,
     quantity_table,
 )
+from oblique_impact.vibration import VibrationModes, frequencies_at_rest
 
 Array = NDArray[np.float64]
 
 _TIME, _SPREAD = "time", " +-"
+#: quantities at rest, by their mode, and their units
+_MODES = {"frequency": "Hz", "damping": "1"}
+_OF_MODE = re.compile(r"(frequency|damping):([1-9]\d*)")
+_MOST_MODES = 100
+_ROWS = "quantity", "value", "deviation"
 _HEADING = re.compile(r"\s*([^\[\]()]+?)\s*(?:\[([^\[\]]*)\]|\((.*)\))?\s*")
 
 
@@ -62,7 +77,15 @@ class Reading(NamedTuple):
     #: SI unit
     unit: str
     #: takes a run and times (n,) in s, returns what the run says (n,); raises GapError
-    read: Callable[[History, Array], Array]
+    read: Callable[[Any, Array], Array]
+    #: whether no run is needed, but the scenario alone
+    at_rest: bool = False
+
+
+class Unrun(NamedTuple):
+    """A scenario in the place of its run, where nothing is asked that needs one."""
+
+    scenario: Scenario
 
 
 @dataclass(frozen=True)
@@ -75,25 +98,63 @@ class Measured:
     #: by column
     readings: Mapping[str, Reading]
 
-    def predict(self, history: History) -> Array:
-        """Return what a run says of each value (n,); raises GapError where it does not have one."""
-        reached = history["time"].values[-1]
-        if self.table["time"].max() > reached and history.outcome is not Outcome.COMPLETED:
-            raise GapError(f"ended at {reached:.4g} s: {history.outcome.label}")
+    def predict(self, run: History | Unrun, shift: float = 0.0) -> Array:
+        """Return what a run says of each value (n,), of series `shift` (s) later; raises GapError without one."""
+        if isinstance(run, History):
+            reached = run["time"].values[-1]
+            if self.table["time"].max() + shift > reached and run.outcome is not Outcome.COMPLETED:
+                raise GapError(f"ended at {reached:.4g} s: {run.outcome.label}")
         times = self.table.groupby("column", sort=False)["time"]
-        return np.concatenate([self.readings[str(name)].read(history, of.to_numpy()) for name, of in times])
+        return np.concatenate([self.readings[str(name)].read(run, of.to_numpy() + shift) for name, of in times])
+
+    def run(self, scenario: Scenario) -> History | Unrun:
+        """Return the run of a scenario, if one is asked for."""
+        return simulate(scenario) if self.needs_run else Unrun(scenario)
+
+    @property
+    def needs_run(self) -> bool:
+        """Whether something is asked that the scenario alone does not tell."""
+        return not all(reading.at_rest for reading in self.readings.values())
+
+    @property
+    def needs_times_alone(self) -> bool:
+        """Whether a run has to reach the last of the series only."""
+        of_run = [name for name, reading in self.readings.items() if not reading.at_rest]
+        return bool(self.table["time"][self.table["column"].isin(of_run)].notna().all()) and bool(of_run)
+
+
+class Experiment(NamedTuple):
+    """A scenario with what was measured of it."""
+
+    name: str
+    scenario: Scenario
+    measured: Measured
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Experiments that determine keys together."""
+
+    experiments: tuple[Experiment, ...]
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The tables of all, one below the other; `scenario` is the number of the experiment."""
+        tables = [one.measured.table.assign(scenario=k) for k, one in enumerate(self.experiments, start=1)]
+        return pd.concat(tables, ignore_index=True)
 
     @property
     def has_deviations(self) -> bool:
-        """Whether the file has standard deviations."""
+        """Whether the files have standard deviations."""
         return bool(self.table["deviation"].notna().all())
 
     def first_deviations(self) -> Array:
-        """Return standard deviations (n,) to begin with: of the file, or the scatter about means of columns."""
+        """Return standard deviations (n,) to begin with: of the files, or the scatter about means of columns."""
         if self.has_deviations:
             return np.asarray(self.table["deviation"])
         values = self.table["measured"].to_numpy()
-        scatter = values - self.table.groupby("column")["measured"].transform("mean").to_numpy()
+        means = self.table.groupby(["scenario", "column"])["measured"].transform("mean")
+        scatter = values - means.to_numpy()
         return self._by_unit(lambda own: max(np.std(scatter[own]), 1e-2 * np.abs(values[own]).max()) or 1.0)
 
     def deviations_from(self, misfit: Array, fitted: int) -> Array:
@@ -124,7 +185,7 @@ def read_measured(path: str | os.PathLike[str], scenario: Scenario) -> Measured:
     # a comment stays an empty line, so that lines keep their numbers
     text = "".join("\n" if line.lstrip().startswith("#") else line for line in io.StringIO(text))
     try:
-        header, rows, lines = _rows(text)
+        header, rows, lines = _as_columns(*_rows(text))
         readings, names, factors = _readings(header, scenario)
         values = pd.DataFrame(_numbers(names, rows, lines) * factors, columns=names)
         return _measured(values.loc[:, np.isfinite(factors)], readings, scenario.end_time)
@@ -151,6 +212,27 @@ def _rows(text: str) -> tuple[list[str], list[list[str]], list[int]]:
     return header, rows, lines[1:-1]
 
 
+def _as_columns(
+    header: list[str], rows: list[list[str]], lines: list[int]
+) -> tuple[list[str], list[list[str]], list[int]]:
+    """Return a table of rows, a quantity with its value each, as columns; others as they are."""
+    names = [cell.strip().lower() for cell in header]
+    if names[:1] != list(_ROWS[:1]) or tuple(names) not in (_ROWS, _ROWS[:2]):
+        return header, rows, lines
+    columns = dict[str, list[str]]()
+    for row, line in zip(rows, lines, strict=True):
+        if len(row) != len(header):
+            raise InputError(f"line {line}: has {len(row)} cells, the header {len(header)}")
+        name, value, *spread = (cell.strip() for cell in row)
+        columns.setdefault(name, []).append(value)
+        if any(spread):
+            bare, bracket, unit = name.partition("[")
+            columns.setdefault(f"{bare.strip()}{_SPREAD} {bracket}{unit}".strip(), []).append(spread[0])
+    most = max(map(len, columns.values()))
+    cells = [[values[k] if k < len(values) else "" for values in columns.values()] for k in range(most)]
+    return [*columns], cells, (lines * most)[:most]
+
+
 def _readings(header: Sequence[str], scenario: Scenario) -> tuple[dict[str, Reading], list[str], Array]:
     """Return the reading of each column of values, the names of all columns and their factors to SI units.
 
@@ -174,7 +256,8 @@ def _readings(header: Sequence[str], scenario: Scenario) -> tuple[dict[str, Read
         if of not in names:
             raise InputError(f"column {name}: there is no column {of}")
         if of != _TIME and of not in readings:
-            readings[of] = _series(of, scenario) if _TIME in names else _whole(of, scenario)
+            whole = _whole if _TIME not in names else _series
+            readings[of] = _of_mode(of) if of.partition(":")[0] in _MODES else whole(of, scenario)
         unit = "s" if of == _TIME else readings[of].unit
         factors.append(_factor(name, (given or "").strip(), unit))
     if not readings:
@@ -194,6 +277,8 @@ def _factor(name: str, given: str, unit: str) -> float:
         if unit == "1":
             return 1.0
         raise InputError(f"column {name}: its unit is missing; write {name} [{unit}]")
+    if unit == "Hz" and given.replace(" ", "") == "rad/s":
+        return 0.5 / math.pi
     try:
         return Unit(unit).to_si(f"1 {given}")
     except ValueError as error:
@@ -222,6 +307,31 @@ def _series(name: str, scenario: Scenario) -> Reading:
 def _variable_at(history: History, name: str, times: Array) -> Array:
     values = history.total_energy if name == "energy" else history[name]
     return series_at(history["time"].values, np.asarray(values.values, dtype=float), times)
+
+
+def _of_mode(name: str) -> Reading:
+    """Return the reading of a frequency (Hz) or damping ratio of a mode about the equilibrium."""
+    found = _OF_MODE.fullmatch(name)
+    if found is None or int(found[2]) > _MOST_MODES:
+        raise InputError(f"column {name}: should be {name.partition(':')[0]}:N, N from 1 to {_MOST_MODES}")
+    kind, number = found[1], int(found[2])
+
+    def read(run: History | Unrun, times: Array) -> Array:
+        modes = _modes_of(run.scenario)
+        if number > modes.frequencies.size:
+            raise GapError(f"{name}: the scenario has {modes.frequencies.size} modes")
+        value = (
+            modes.frequencies[number - 1] / (2.0 * math.pi) if kind == "frequency" else modes.damping[number - 1]
+        )
+        return np.full(times.size, value)
+
+    return Reading(_MODES[kind], read, at_rest=True)
+
+
+@lru_cache(maxsize=8)  # each column asks
+def _modes_of(scenario: Scenario) -> VibrationModes:
+    """Return all modes of a scenario about its equilibrium."""
+    return frequencies_at_rest(scenario, _MOST_MODES)
 
 
 def _whole(name: str, scenario: Scenario) -> Reading:
@@ -260,7 +370,9 @@ def _numbers(names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequenc
 
 def _measured(values: pd.DataFrame, readings: Mapping[str, Reading], end_time: float) -> Measured:
     """Return the data of columns in SI units; raises InputError for numbers that are missing or out of range."""
-    if _TIME in values and not values[_TIME].between(0.0, end_time).all():
+    of_run = [name for name, reading in readings.items() if not reading.at_rest]
+    timed = values[values[of_run].notna().any(axis=1)] if _TIME in values else values[:0]
+    if _TIME in values and not timed[_TIME].between(0.0, end_time).all():
         raise InputError(f"time: should be from 0 to end_time {end_time:g} s of the scenario in every line")
     for name in readings:
         if values[name].isna().all():
@@ -271,6 +383,7 @@ def _measured(values: pd.DataFrame, readings: Mapping[str, Reading], end_time: f
     table.insert(1, "unit", table["column"].map({name: reading.unit for name, reading in readings.items()}))
     table.insert(2, "time", np.tile(values.get(_TIME, np.full(len(values), math.nan)), len(readings)))
     table["deviation"] = values.reindex(columns=[name + _SPREAD for name in readings]).melt()["value"]
+    table.loc[[readings[str(name)].at_rest for name in table["column"]], "time"] = math.nan
     table = table.dropna(subset="measured", ignore_index=True)
     known = table["deviation"].notna()
     if known.any() and not known.all():
