@@ -159,10 +159,14 @@ class BeamGeometry:
 
     @cached_property
     def mass_radius(self) -> float:
-        """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
-        volume = self.sections.tip_mass / self.sections.density
-        radius = self.thickness * float(np.cbrt(0.75 * volume / np.pi))
-        return max(radius, float(self.radii[-1])) if volume > 0.0 else 0.0
+        """Radius (m) of the sphere that masses at the tip are drawn as, of the beam's density; 0 without one."""
+        return self._sphere(self.scenario.beam.length)
+
+    def _sphere(self, place: float) -> float:
+        """Radius (m) of the sphere of the point masses at a place (m), of the beam's density; 0 without one."""
+        mass = sum(point.mass for point in self.sections.masses if point.place == place)
+        radius = self.thickness * float(np.cbrt(0.75 * mass / self.sections.density / np.pi))
+        return max(radius, self.thickness * float(self.sections.fibre_distance(place))) if mass > 0.0 else 0.0
 
     @cached_property
     def touch_radius(self) -> float:
