@@ -35,6 +35,8 @@ def model_words(scenario: Scenario, clamped: bool) -> str:
         _material(scenario.beam),
         f"{start} {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",
     ]
+    if scenario.masses or scenario.acting_forces:
+        words.append(_loads(scenario))
     if scenario.base.is_shaken:
         words.append(_shaking(scenario.base))
     if contact.enabled:
@@ -49,6 +51,16 @@ def model_words(scenario: Scenario, clamped: bool) -> str:
         words.append(f"{_obstacles(scenario)}, {stop}, {friction}")
     frame = "" if how.method == "absolute" else f"{how.frame} frame, {how.kinetics} kinetics, "
     return "; ".join([*words, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"])
+
+
+def _loads(scenario: Scenario) -> str:
+    """Return how many point masses and forces there are, with their sum and the largest one."""
+    masses, forces = scenario.masses, scenario.acting_forces
+    total, largest = sum(item.mass for item in masses), max((item.largest for item in forces), default=0.0)
+    several = "mass" if len(masses) == 1 else "masses"
+    words = [f"{len(masses)} point {several}, {short(total)} kg"] if masses else []
+    words += [f"{counted(len(forces), 'force')} on it, up to {short(largest)} N"] if forces else []
+    return ", ".join(words)
 
 
 def _shaking(base: BaseSection) -> str:

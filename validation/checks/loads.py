@@ -22,7 +22,7 @@ _DAMPING = 2.0  # 1/s, mass-proportional: vibrations decay by half of it
 _SETTLED = 23.0  # they have decayed by 1e-10
 _PER_PERIOD = 40  # samples
 #: all modes of a mesh: fewer would leave 4/(3 pi^4 n^3) of the deflection under a force
-_MESH = {"method": "fem", "elements": 20, "modes": 40}
+_MESH: dict[str, Any] = {"method": "fem", "elements": 20, "modes": 40}
 _AMPLITUDE = 1e-3
 _TEXT = "exact: transfer matrices of the Euler-Bernoulli beam, with a complex mass for the damping"
 
@@ -114,7 +114,11 @@ def _against(found: complex, exact: complex, label: str, name: str, allowed: flo
 
 
 #: at the tip, and inside of the span with its direction fixed in space: in the linear limit the same
-_FORCES = {"tip": (1.0, "across"), "inside": (0.37, "across"), "fixed": (0.37, math.pi / 2.0)}
+_FORCES: dict[str, tuple[float, str | float]] = {
+    "tip": (1.0, "across"),
+    "inside": (0.37, "across"),
+    "fixed": (0.37, math.pi / 2.0),
+}
 _HEAVY: Entries = ({"place": 0.37, "mass": 0.5, "inertia": 0.02}, {"place": 1.0, "mass": 0.3, "inertia": 0.01})
 
 
