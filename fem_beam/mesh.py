@@ -34,7 +34,8 @@ def beam_mesh(
     elements : int
         Number of elements, at least 2 for a contact point inside the span.
     kinks : ndarray, shape (k,)
-        Places (m) inside the span where the sections are not smooth.  A kink closer to another node than a
+        Places (m) inside the span where the sections or their loads are not smooth, as at point masses and
+        forces.  A kink closer to another node than a
         twentieth of a uniform element gets no node, and with fewer elements than pieces only kinks
         that lie farther apart do; the integrals do not depend on it, the order of convergence does.
     grading : float
@@ -62,7 +63,8 @@ def mesh_of(scenario: Scenario, sections: Sections) -> MeshLine:
     """Return the mesh of a scenario's beam: of its nodes, if they are given, or of its number of elements."""
     d, length, point = scenario.discretization, scenario.beam.length, scenario.contact.point
     if not d.nodes:
-        return beam_mesh(length, d.elements, point, sections.kinks, d.grading, scenario.contact_nodes)
+        kinks = np.union1d(sections.kinks, scenario.inner_forces)
+        return beam_mesh(length, d.elements, point, kinks, d.grading, scenario.contact_nodes)
     nodes = np.array(d.nodes)  # of a file, perhaps rounded
     for place in (length, point, *scenario.contact_nodes):
         nodes[np.argmin(np.abs(nodes - place))] = place

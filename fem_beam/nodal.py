@@ -19,7 +19,7 @@ from skfem import Basis, BilinearForm, LinearForm, MeshLine
 from skfem.helpers import d, dd, ddot, dot
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.operators import gauss_rule
+from oblique_impact.beam.operators import gauss_rule, merge_points
 from oblique_impact.fem_beam.element import LocalHermite
 from oblique_impact.fem_beam.mesh import mesh_of
 from oblique_impact.scenario.scenario import Scenario
@@ -90,19 +90,24 @@ class NodalBeam:
 
     @cached_property
     def edges(self) -> Array:
-        """Ends (m) of the pieces on which m and E I are linear and the shape functions cubic, ascending."""
-        return merge_points(self.nodes, self.sections.kinks)
+        """Ends (m) of the pieces on which m and E I are linear and the shape functions cubic, ascending.
+
+        Point masses are at ends, as the weights of C and D jump there, and forces.
+        """
+        return merge_points(self.nodes, np.union1d(self.sections.kinks, self.scenario.inner_forces))
 
     @cached_property
     def M1(self) -> csr_array:
-        """Mass, int m Phi^T Phi + M_t Phi(L)^T Phi(L)."""
-        return csr_array(self._assemble(_mass, self.sections.mass_per_length)) + self._at_tip_squared
+        """Mass, int m Phi^T Phi + sum M_k Phi(x_k)^T Phi(x_k)."""
+        own = csr_array(self._assemble(_mass, self.sections.mass_per_length))
+        return _with_squares(own, self.evaluate(self.sections.places)[0], self.sections.point_masses)
 
     @property
-    def mass_with_hub(self) -> csr_array:
-        """M1 with the inertia of the hub at the slope of the root."""
-        n = self.basis.N
-        return self.M1 + csr_array(([self.sections.hub_inertia], ([1], [1])), shape=(n, n))
+    def whole_mass(self) -> csr_array:
+        """M1 with the inertias of hub and point masses at the slopes where they turn."""
+        n, s = self.basis.N, self.sections
+        with_hub = self.M1 + csr_array(([s.hub_inertia], ([1], [1])), shape=(n, n))
+        return _with_squares(with_hub, self.evaluate(s.places)[1], s.point_inertias)
 
     @property
     def stiffness(self) -> csr_array:
@@ -133,16 +138,17 @@ class NodalBeam:
 
     @cached_property
     def S(self) -> Array:
-        """Coupling to the rigid rotation, int m (r + x) Phi + M_t (r + L) Phi(L)."""
+        """Coupling to the rigid rotation, int m (r + x) Phi + sum M_k (r + x_k) Phi(x_k)."""
         s = self.sections
         load = self._assemble(_load, lambda x: s.mass_per_length(x) * (s.hub_radius + x))
-        return np.asarray(load + s.tip_mass * (s.hub_radius + s.length) * self._at_tip)
+        return np.asarray(load + (s.point_masses * (s.hub_radius + s.places)) @ self.evaluate(s.places)[0])
 
     @cached_property
     def P(self) -> Array:
-        """Load, int m Phi + M_t Phi(L)."""
-        load = self._assemble(_load, self.sections.mass_per_length)
-        return np.asarray(load + self.sections.tip_mass * self._at_tip)
+        """Load, int m Phi + sum M_k Phi(x_k)."""
+        s = self.sections
+        load = self._assemble(_load, s.mass_per_length)
+        return np.asarray(load + s.point_masses @ self.evaluate(s.places)[0])
 
     @cached_property
     def rigid_rotation(self) -> Array:
@@ -190,18 +196,6 @@ class NodalBeam:
         """Degrees of freedom left by the root: "clamped" removes deflection and slope, "hinged" the deflection."""
         return np.arange(2 if root == "clamped" else 1, self.basis.N)
 
-    @property
-    def _at_tip(self) -> Array:
-        """Phi(L): the deflection of the last node."""
-        shapes = np.zeros(self.basis.N)
-        shapes[-2] = 1.0
-        return shapes
-
-    @property
-    def _at_tip_squared(self) -> csr_array:
-        n = self.basis.N
-        return csr_array(([self.sections.tip_mass], ([n - 2], [n - 2])), shape=(n, n))
-
     @cached_property
     def _bases(self) -> list[Basis]:
         """One basis for all elements that lie in one piece of the tables, one more for each that does not."""
@@ -231,8 +225,6 @@ class NodalBeam:
         return sum(parts[1:], start=parts[0])
 
 
-def merge_points(nodes: Array, others: Array) -> Array:
-    """Union of two ascending sets of points (m), in which others within rounding of a node are that node."""
-    length = nodes[-1]
-    apart = np.array([np.min(np.abs(nodes - x)) > 1e-12 * length for x in others], dtype=bool)
-    return np.union1d(nodes, others[apart])
+def _with_squares(matrix: csr_array, rows: csr_array, weights: Array) -> csr_array:
+    """Add sum of weights (k,) times products of the rows (k, n) to a matrix (n, n)."""
+    return matrix if not weights.any() else csr_array(matrix + rows.T @ rows.multiply(weights[:, None]))

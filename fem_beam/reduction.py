@@ -18,9 +18,10 @@ from oblique_impact.beam.operators import (
     StationTable,
     eigenvectors,
     gauss_rule,
+    merge_points,
     station_points,
 )
-from oblique_impact.fem_beam.nodal import Array, NodalBeam, merge_points
+from oblique_impact.fem_beam.nodal import Array, NodalBeam
 from oblique_impact.scenario.scenario import Scenario
 
 Indices = NDArray[np.int64]
@@ -68,7 +69,7 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
 
 def _all(nodal: NodalBeam, free: Indices) -> Array:
     """Eigenvectors (n, n), ascending, from the square root of the stiffness."""
-    mass = nodal.mass_with_hub.toarray()[np.ix_(free, free)]
+    mass = nodal.whole_mass.toarray()[np.ix_(free, free)]
     factor, clamp = nodal.curvature_factor().toarray(), nodal.sections.clamp_stiffness
     if clamp > 0.0:
         factor = np.vstack([factor, np.sqrt(clamp) * np.eye(1, nodal.basis.N, 1)])
@@ -84,7 +85,7 @@ def _lowest(nodal: NodalBeam, free: Indices, count: int) -> Array:
     sections = nodal.sections
     middle = np.array([0.5 * sections.length])
     shift = -float(sections.bending_stiffness(middle)[0]) / (sections.mass * sections.length**3)
-    K, mass = (csc_array(matrix[free][:, free]) for matrix in (nodal.stiffness, nodal.mass_with_hub))
+    K, mass = (csc_array(matrix[free][:, free]) for matrix in (nodal.stiffness, nodal.whole_mass))
     start = np.ones(free.size)  # not at random: the same beam gives the same modes
     squares, vectors = eigsh(K, count, mass, sigma=shift, which="LM", v0=start, tol=0.0)
     return np.asarray(vectors[:, np.argsort(squares)])

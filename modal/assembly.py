@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from oblique_impact.beam.operators import (
     SpinningBeam,
     StationTable,
     gauss_rule,
+    merge_points,
     station_points,
 )
 from oblique_impact.modal.eigenfunctions import Array, Eigenfunctions
@@ -27,7 +28,9 @@ def build_operators(scenario: Scenario) -> BeamOperators:
     """Discretize the uniform beam of `scenario` with `discretization.modes` eigenfunctions.
 
     Tangent frame: clamped-free functions, or those of the beam on the spring of its clamp; mean-axis frame: those
-    of the beam on its pin or with its hub, without the rigid one.  Every integral is exact to rounding.
+    of the beam on its pin or with its hub, without the rigid one.  Every integral is exact to rounding.  They are
+    functions of the beam without its point masses; in the mean-axis frame each takes so much of the rigid rotation
+    that it has no angular momentum with them.
     """
     sections, count = Sections.from_scenario(scenario), scenario.discretization.modes
     if scenario.discretization.frame == "tangent":
@@ -36,7 +39,10 @@ def build_operators(scenario: Scenario) -> BeamOperators:
         shapes = Eigenfunctions("hinged-free", count, sections.length)
     else:
         shapes = _with_hub(sections, count)
-    return _integrate(scenario, shapes)
+    found = _integrate(scenario, shapes)
+    if scenario.discretization.frame == "tangent" or not sections.masses:
+        return found
+    return _integrate(scenario, _turned(shapes, found.coupling / found.inertia))
 
 
 def quadrature_order(phase: float) -> int:
@@ -58,22 +64,23 @@ def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
     stations = station_points(length, point)
     wave_number = 2.0 * shapes.roots[-1] / length
     order = quadrature_order(float(wave_number * np.max(np.diff(stations))))
-    x, w = gauss_rule(stations, order)
+    x, w = gauss_rule(merge_points(stations, np.union1d(sections.kinks, scenario.inner_forces)), order)
     values, slopes, curvatures = (shapes.derivative(x, k) for k in range(3))
     m, stiffness = sections.mass_per_length(x), sections.bending_stiffness(x)  # uniform, as the scenario checks
     radius = scenario.root.hub_radius
+    masses, at_masses = sections.point_masses, shapes.derivative(sections.places, 0)
 
     def gram(weight: Array, rows: Array) -> Array:
         return np.asarray((rows * weight[:, None]).T @ rows)
 
     return BeamOperators(
         sections=sections,
-        M1=gram(m * w, values),
+        M1=gram(m * w, values) + gram(masses, at_masses),
         K=gram(stiffness * w, curvatures),
         C=gram(w * sections.outer_moment(x), slopes),
         D=gram(w * sections.outer_mass(x), slopes),
-        S=(m * w * (radius + x)) @ values,
-        P=(m * w) @ values,
+        S=(m * w * (radius + x)) @ values + (masses * (radius + sections.places)) @ at_masses,
+        P=(m * w) @ values + masses @ at_masses,
         J=sections.inertia,
         Sm=sections.static_moment,
         contact_point=point,
@@ -102,7 +109,8 @@ def spectrum(scenario: Scenario) -> SpinningBeam:
         # its own eigenfunctions: seen from the root the first one on a soft spring is lost in rounding
         o = _integrate(scenario, replace(with_hub, spring=_over_bending(sections, stiffness)))
         return SpinningBeam.at_rest(o.K + stiffness * np.outer(o.root_slope, o.root_slope), o.elastic_mass)
-    return SpinningBeam.of(_integrate(scenario, _SeenFromRoot(**vars(with_hub))), scenario)
+    seen_from_root = _turned(with_hub, with_hub.derivative(np.zeros(1), 1)[0])
+    return SpinningBeam.of(_integrate(scenario, seen_from_root), scenario)
 
 
 def _over_bending(sections: Sections, stiffness: float) -> float:
@@ -122,15 +130,22 @@ def _clamped(sections: Sections, count: int) -> Eigenfunctions:
 def _with_hub(sections: Sections, count: int) -> Eigenfunctions:
     """First elastic eigenfunctions of the uniform beam with its hub."""
     length = sections.length
-    hub = sections.hub_inertia / (sections.mass * length**2)
+    hub = sections.hub_inertia / (sections.own_mass * length**2)
     return Eigenfunctions("hub-free", count, length, hub, sections.hub_radius / length)
 
 
-class _SeenFromRoot(Eigenfunctions):
-    """Eigenfunctions less their rigid rotation with the root: clamped there."""
+@dataclass(frozen=True)
+class _Turned(Eigenfunctions):
+    """Eigenfunctions less a rigid rotation of each about the axis."""
+
+    turns: Array = field(default_factory=lambda: np.zeros(0))  # (count,) 1/m
 
     def derivative(self, x: Array, order: int) -> Array:
         """Return derivatives at points x (m); shape (points, count), 1/m^order."""
-        slope = super().derivative(np.zeros(1), 1)
         rigid = (self.length * self.radius + x, np.ones_like(x), np.zeros_like(x))[order]
-        return super().derivative(x, order) - rigid[:, None] * slope
+        return super().derivative(x, order) - rigid[:, None] * self.turns
+
+
+def _turned(shapes: Eigenfunctions, turns: Array) -> _Turned:
+    """Return eigenfunctions less these rotations (count,)."""
+    return _Turned(**asdict(shapes), turns=turns)

@@ -51,6 +51,9 @@ UNITS = {
     **QUANTITIES,
     "displacement": "m, from the initial shape",
     "contact_force": "N, on the beam: normal_force + friction_force",
+    "applied_force": "N, on the beam: of [[forces]]",
+    "mass": "kg, of a point mass",
+    "inertia": "kg m^2, of a point mass about its centre",
     "obstacle": "of a contact: the slope is 0, the others count from 1",
     "normal_force": "N",
     "friction_force": "N",
@@ -295,10 +298,31 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
         parts = {"surface": surface, "centreline": line, "reference": initial, "pin": fixed[0]}
         if story.obstacles:  # last, so that the numbers of the others are always the same
             parts |= {"contact_point": _contact_points(geometry, k), "slope": fixed[1]}
+        if geometry.sections.masses:
+            parts["masses"] = _masses(geometry, k)
+        if geometry.scenario.acting_forces:
+            parts["forces"] = _forces(geometry, k)
         for number, mesh in enumerate(parts.values()):
             mesh.cell_data["part"] = np.full(mesh.n_cells, number)
         yield {"time": float(times[k]), "side": int(side[k]), "sample": int(k)}, parts
     on_progress(Progress(samples.size, samples.size))
+
+
+def _masses(geometry: BeamGeometry, k: int) -> pv.PolyData:
+    """Return the point masses at a sample as vertices with their masses and inertias."""
+    points = geometry.sections.masses
+    mesh = pv.PolyData(geometry.on_axis([point.place for point in points], k))
+    mesh.point_data["mass"] = np.array([point.mass for point in points])
+    mesh.point_data["inertia"] = np.array([point.inertia for point in points])
+    return mesh
+
+
+def _forces(geometry: BeamGeometry, k: int) -> pv.PolyData:
+    """Return the forces on the beam at a sample as vertices."""
+    places, values = geometry.applied_forces(k)
+    mesh = pv.PolyData(places)
+    mesh.point_data["applied_force"] = np.insert(values, 2, 0.0, axis=1)
+    return mesh
 
 
 def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:

@@ -16,12 +16,14 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.point_forces import forces_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.history.variables import SECTION_FORCES
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
+from oblique_impact.scenario.model import PointMass
 from oblique_impact.scenario.obstacles import ObstaclePoint
 
 Array = NDArray[np.float64]
@@ -161,10 +163,14 @@ class BeamGeometry:
 
     @cached_property
     def mass_radius(self) -> float:
-        """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
-        volume = self.sections.tip_mass / self.sections.density
-        radius = self.thickness * float(np.cbrt(0.75 * volume / np.pi))
-        return max(radius, float(self.radii[-1])) if volume > 0.0 else 0.0
+        """Radius (m) of the sphere that masses at the tip are drawn as, of the beam's density; 0 without one."""
+        return self.sphere(self.scenario.beam.length)
+
+    def sphere(self, place: float) -> float:
+        """Radius (m) of the sphere of the point masses at a place (m), of the beam's density; 0 without one."""
+        mass = sum(point.mass for point in self.sections.masses if point.place == place)
+        radius = self.thickness * float(np.cbrt(0.75 * mass / self.sections.density / np.pi))
+        return max(radius, self.thickness * float(self.sections.fibre_distance(place))) if mass > 0.0 else 0.0
 
     @cached_property
     def touch_radius(self) -> float:
@@ -329,6 +335,36 @@ class BeamGeometry:
             Zone(int(o), float(places[own].min()), float(places[own].max()), -float(np.sign(lifts[own][0])))
             for o, own in ((o, obstacles == o) for o in self.zoned if o in obstacles)
         ]
+
+    def masses(self, k: float) -> Array:
+        """Return where the inner masses are drawn at sample k, (masses, 3)."""
+        return self.on_axis([point.place for point in self.inner_masses], k)
+
+    @cached_property
+    def inner_masses(self) -> list[PointMass]:
+        """Point masses inside of the span, one at each place; those at the tip are part of the beam's shape."""
+        inner = {point.place: point for point in self.sections.masses if point.place < self.scenario.beam.length}
+        return list(inner.values())
+
+    def applied_forces(self, k: float) -> tuple[Array, Array]:
+        """Return places (forces, 3) and values (forces, 2) in the inertial frame (N) of forces on the beam."""
+        forces = forces_of(self.scenario)
+        if forces is None:
+            return np.zeros((0, 3)), np.zeros((0, 2))
+        theta, time = np.atleast_1d(self.value("theta", k)), np.atleast_1d(self.value("time", k))
+        slopes = np.interp(forces.places, self.stations, self.along("section_rotation", k))
+        found = [forces.in_frame(i, time, theta, slope[None])[0] for i, slope in enumerate(slopes)]
+        return self.on_axis(forces.places, k), _components(np.exp(1j * theta[0]) * np.array(found))
+
+    @cached_property
+    def peak_applied(self) -> float:
+        """Largest force on the beam (N); 0 if there is none."""
+        return max((item.largest for item in self.scenario.acting_forces), default=0.0)
+
+    def on_axis(self, places: Array | list[float], k: float) -> Array:
+        """Return points of the drawn axis at places (m), (places, 3)."""
+        axis = self.centreline(k)
+        return np.column_stack([np.interp(places, self.stations, part) for part in axis.T])
 
     def contact_forces(self, k: float) -> tuple[Array, Array]:
         """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""

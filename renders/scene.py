@@ -258,6 +258,9 @@ class BeamActor:
         contacts = len(geometry.contact_places(0)) if style.arrow else 0
         self._bands = {o: ZoneLine(view, colour) for o in geometry.zoned if style.arrow}
         self._forces = [Force(view, colour) for _ in range(contacts)]
+        self._masses = [MassDisc(view, geometry, point.place) for point in geometry.inner_masses]
+        applied = len(geometry.applied_forces(0)[0]) if style.arrow else 0
+        self._applied = [Force(view, theme.ink) for _ in range(applied)]
 
     def move(self, time: float) -> None:
         """Take shapes, results and force of a physical time (s)."""
@@ -274,6 +277,11 @@ class BeamActor:
         places, pushes = self.geometry.near_places(k), self.geometry.pushes(k)
         for force, place, push in zip(self._forces, places, pushes, strict=bool(self._forces)):
             force.move(place, push, self.geometry.peak_force)
+        for disc, centre in zip(self._masses, self.geometry.masses(k), strict=True):
+            disc.move(centre)
+        places, pulls = self.geometry.applied_forces(k)
+        for force, place, pull in zip(self._applied, places, pulls, strict=bool(self._applied)):
+            force.move(place, pull, self.geometry.peak_applied)
         if self._trace:
             shown = self._whole.copy()
             shown[self._trace_times > time, :2] = self.geometry.contact_point(k)
@@ -383,6 +391,22 @@ class Force:
         )
         for mark in self._marks:
             mark.points = place[None]
+
+
+class MassDisc:
+    """A point mass inside of the span: a disc across the plane of motion, with the radius of its sphere."""
+
+    def __init__(self, view: View, geometry: BeamGeometry, place: float) -> None:
+        # one without mass turns alone
+        radius = geometry.sphere(place) or geometry.thickness * float(geometry.sections.fibre_distance(place))
+        height = 2.2 * geometry.half_width
+        self._mesh = pv.Cylinder(direction=(0.0, 0.0, 1.0), radius=radius, height=height, resolution=40)
+        self._own = np.array(self._mesh.points)
+        view.add(self._mesh, color=view.theme.pin, **_SOLID)
+
+    def move(self, centre: Array) -> None:
+        """Put its centre at a place (3,)."""
+        self._mesh.points = self._own + centre
 
 
 class Shadow:

@@ -37,6 +37,8 @@ def model_words(scenario: Scenario, clamped: bool) -> str:
     ]
     if scenario.initial.state != "undeformed":
         words.append(_rest(scenario.initial))
+    if scenario.masses or scenario.acting_forces:
+        words.append(_loads(scenario))
     if scenario.base.is_shaken:
         words.append(_shaking(scenario.base))
     if contact.enabled:
@@ -59,6 +61,16 @@ def _rest(initial: InitialSection) -> str:
         return "from its equilibrium"
     by = f"{short(1e3 * initial.deflection)} mm" if initial.deflection else f"{short(initial.force)} N"
     return f"plucked by {by} at {short(initial.place)} m"
+
+
+def _loads(scenario: Scenario) -> str:
+    """Return how many point masses and forces there are, with their sum and the largest one."""
+    masses, forces = scenario.masses, scenario.acting_forces
+    total, largest = sum(item.mass for item in masses), max((item.largest for item in forces), default=0.0)
+    several = "mass" if len(masses) == 1 else "masses"
+    words = [f"{len(masses)} point {several}, {short(total)} kg"] if masses else []
+    words += [f"{counted(len(forces), 'force')} on it, up to {short(largest)} N"] if forces else []
+    return ", ".join(words)
 
 
 def _shaking(base: BaseSection) -> str:

@@ -27,7 +27,7 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     own = Sections.from_scenario(scenario)
     ends = mesh_of(scenario, own).p[0]
     elastic = sections or ElasticSections.of(scenario)
-    return ExactBeam(ends, elastic, own.tip_mass, own.hub_inertia, own.hub_radius)
+    return ExactBeam(ends, elastic, float(own.outer_mass(own.length)), own.hub_inertia, own.hub_radius)
 
 
 def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:

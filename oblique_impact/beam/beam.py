@@ -18,6 +18,7 @@ from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
+from oblique_impact.beam.point_forces import PointForces, forces_of
 from oblique_impact.beam.residual_flexibility import FlexibilityAlong, flexibility_along, residual_flexibility
 from oblique_impact.beam.shaking import Shaking, shaking_of, weight_in_frame
 from oblique_impact.contact.compliance import Compliance
@@ -138,7 +139,6 @@ class Beam:
     def __init__(self, scenario: Scenario, operators: BeamOperators, motion: BaseMotion | None = None) -> None:
         self.scenario, self.operators = scenario, operators
         self.motion = motion or base_motion_of(scenario.root)
-        self.hub_inertia = operators.sections.hub_inertia  # kg m^2
 
     @property
     def size(self) -> int:
@@ -147,7 +147,7 @@ class Beam:
 
     @property
     def mass(self) -> float:
-        """Mass (kg), that of the tip included."""
+        """Mass (kg), point masses included."""
         return self.operators.sections.mass
 
     @property
@@ -157,13 +157,19 @@ class Beam:
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Times (s) at which the motion of root or base is not smooth."""
-        return (*self.motion.breakpoints, *(self.shaking.breakpoints if self.shaking else ()))
+        """Times (s) at which the motion of root or base or a force is not smooth."""
+        given = (self.motion, self.shaking, self.forces)
+        return tuple(time for part in given if part is not None for time in part.breakpoints)
 
     @cached_property
     def shaking(self) -> Shaking | None:
         """How the base is shaken; None if it stands still."""
         return shaking_of(self.scenario)
+
+    @cached_property
+    def forces(self) -> PointForces | None:
+        """Forces on the beam; None if there are none."""
+        return forces_of(self.scenario, self.foreshortening)
 
     @cached_property
     def model(self) -> BeamModel | NodalModel:
@@ -192,7 +198,6 @@ class Beam:
             "static_moment": o.Sm,
             "gravity": s.gravity,
             "hub_radius": s.root.hub_radius,
-            "hub_inertia": self.hub_inertia,
             "torque": self._torque,
             **(asdict(self.motion) if isinstance(self.motion, SpinUp) else {}),
         }
@@ -205,7 +210,21 @@ class Beam:
             shaking=self.shaking,
             quadrature=self._quadrature() if full else None,
             ground=self._ground(),
+            loads=self._loads(),
         )
+
+    def _loads(self) -> floating_frame.Loads | None:
+        """Return the forces on the beam with the shape functions where they act; None if there are none."""
+        if self.forces is None:
+            return None
+        at = (self._along.at(place) for place in self.forces.places)
+        tables = np.array([np.vstack([shortening, values, slopes]) for values, slopes, shortening in at])
+        return floating_frame.Loads(self.forces, Places(self._loaded_places(self.forces), tables, None))
+
+    def _loaded_places(self, forces: PointForces) -> Any:
+        """Return records of the places of forces, on the axis."""
+        numbers = ((place, *np.zeros(5)) for place in forces.places)
+        return np.array([place_record(True, each, self.foreshortening) for each in numbers]).view(np.recarray)
 
     def _ground(self) -> floating_frame.GroundSpring | None:
         """Spring and dashpot between hub and ground; None if there is neither."""
@@ -221,9 +240,12 @@ class Beam:
 
     def _quadrature(self) -> floating_frame.Quadrature:
         """Points of the beam for the exact kinetic energy."""
-        slopes = self.operators.stations.quadrature.slopes
+        slopes, (inertias, turned) = self.operators.stations.quadrature.slopes, self.operators.turning
         shortening = self.integrals(slopes[:, :, None] * slopes[:, None])
-        return floating_frame.Quadrature(self.masses, self.deflections(np.eye(self.operators.size)), shortening)
+        shapes = self.deflections(np.eye(self.operators.size))
+        return floating_frame.Quadrature(
+            self.masses, shapes, shortening, inertias, np.insert(turned, 0, 1.0, axis=1)
+        )
 
     @property
     def _torque(self) -> float:
@@ -338,7 +360,7 @@ class Beam:
         """Shape functions at any place."""
         if self.operators.along is None:
             raise InputError(
-                "discretization: contact anywhere needs shape functions anywhere, BeamOperators.along"
+                "discretization: contact anywhere and forces need shape functions anywhere, BeamOperators.along"
             )
         return self.operators.along
 
@@ -430,15 +452,27 @@ class Beam:
 
     @cached_property
     def masses(self) -> Array:
-        """Arms r + x (m) and masses (kg) of the points of the quadrature and, last, of the tip: (2, nq + 1)."""
+        """Arms r + x (m) and masses (kg) of the nq points of the quadrature and, last, of the k point masses.
+
+        Of the shape (2, nq + k).
+        """
         table, s = self.operators.stations.quadrature, self.operators.sections
-        masses = np.append(s.mass_per_length(table.points) * table.weights, s.tip_mass)
-        return np.stack([s.hub_radius + np.append(table.points, s.length), masses])
+        masses = np.append(s.mass_per_length(table.points) * table.weights, s.point_masses)
+        return np.stack([s.hub_radius + np.append(table.points, s.places), masses])
 
     def deflections(self, B: Array) -> Array:
-        """Deflections (nq + 1, samples) of the points of mass, of elastic coordinates B (n, samples)."""
-        stations = self.operators.stations
-        return np.concatenate([stations.quadrature.values @ B, stations.values[-1:] @ B])
+        """Deflections (nq + k, samples) of the points of mass, of elastic coordinates B (n, samples)."""
+        return np.concatenate([self.operators.stations.quadrature.values @ B, self.at_masses @ B])
+
+    @cached_property
+    def at_masses(self) -> Array:
+        """Shape functions at the point masses, (k, n)."""
+        return self.operators.rows_at(self.operators.sections.places, 0)
+
+    def panels_before(self, places: Array) -> Any:
+        """How many panels of the quadrature lie before each place (k,), which is an end of one."""
+        table = self.operators.stations.quadrature
+        return np.searchsorted(table.points, places) // table.order
 
     def relative_deflection(self, q: Array) -> Array:
         """Largest deflection along the beam over its length, (samples,), of coordinates q (samples, d)."""
@@ -446,9 +480,13 @@ class Beam:
         return np.asarray(np.max(np.abs(along), axis=1) / self.scenario.beam.length)
 
     def integrals(self, integrand: Array) -> Array:
-        """Integrals from the root to the points of mass: (nq, ...) -> (nq + 1, ...)."""
+        """Integrals from the root to the points of mass: (nq, ...) -> (nq + k, ...)."""
         table = self.operators.stations.quadrature
-        return np.concatenate([cumulative(table, integrand), np.tensordot(table.weights, integrand, axes=1)[None]])
+        to_masses = [
+            np.tensordot(table.weights[:last], integrand[:last], axes=1)
+            for last in self.panels_before(self.operators.sections.places) * table.order
+        ]
+        return np.concatenate([cumulative(table, integrand), *(total[None] for total in to_masses)])
 
     def energies(self, q: Array, qd: Array) -> Energies:
         """Energies of samples [theta, B] and their rates (samples, n + 1), kinetic energy in the chosen order."""
@@ -460,12 +498,13 @@ class Beam:
         else:
             inertia = o.J + _quadratic(B, o.M1 - kept * o.C)
             kinetic = 0.5 * inertia * spin**2 + spin * (Bd @ o.S) + 0.5 * _quadratic(Bd, o.M1)
-        hub = 0.5 * self.hub_inertia * (spin + Bd @ o.root_slope) ** 2
+        inertias, slopes = o.turning
+        turning = 0.5 * (spin[:, None] + Bd @ slopes.T) ** 2 @ inertias
         elastic = 0.5 * _quadratic(B, o.stiffness)
         if _is_on_spring(self.scenario):
             turned = theta + B @ o.root_slope - self.scenario.initial.angle
             elastic += 0.5 * self.scenario.root.stiffness * turned**2
-        return Energies(kinetic + hub, elastic, self.scenario.gravity * height)
+        return Energies(kinetic + turning, elastic, self.scenario.gravity * height)
 
     def _full_kinetic(self, q: Array, qd: Array) -> Array:
         slopes = self.operators.stations.quadrature.slopes
@@ -524,7 +563,7 @@ class FullBeam(Beam):
             bands[frame.MASS_BAND, 0, 0] = o.inertia  # that of the prescribed coordinate is of no effect
         factored, massless = bands, None
         if o.means is not None:
-            held = self.hub_inertia > 0.0 or s.discretization.frame == "tangent"
+            held = o.sections.hub_inertia > 0.0 or s.discretization.frame == "tangent"
             massless = frame.mean_velocities(o.means.toarray(), held, self._yields)
             # a little stiffness makes the mass definite: for the acceleration from which a run starts
             factored = bands.copy()
@@ -552,10 +591,13 @@ class FullBeam(Beam):
             bands=bands,
             mass_factor=mass_factor,
             vectors=vectors,
-            places=self._nodal_places(),
+            places=self._nodal_places(self._place_records()),
             drive=self.motion.drive,
             massless=massless,
             shaking=self.shaking,
+            loads=nodal_frame.NodalLoads(self.forces, self._nodal_places(self._loaded_places(self.forces)))
+            if self.forces is not None
+            else None,
         )
 
     @property
@@ -570,13 +612,13 @@ class FullBeam(Beam):
             return np.asarray(self.operators.coupling / self.operators.inertia)
         return np.asarray(np.eye(1, self.size)[0])
 
-    def _nodal_places(self) -> NodalPlaces:
-        """Places of contact as kernels read them."""
+    def _nodal_places(self, each: Any) -> NodalPlaces:
+        """Places of contact or of forces as kernels read them, from their records."""
         o, edges = self.operators, self._along.edges
         size = 2 * edges.size + 1
         return NodalPlaces(
             HermiteShapes.on(edges),
-            self._place_records(),
+            each,
             np.zeros(size),
             np.zeros(size),
             np.zeros((VECTORS, size)),

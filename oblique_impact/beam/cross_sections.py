@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
+from oblique_impact.scenario.model import PointMass
 from oblique_impact.scenario.shapes import DEGREE, rows_of, value_at
 from oblique_impact.scenario.tables import Table
 
@@ -59,13 +60,13 @@ class ShapedProfile(Profile):
 
 @dataclass(frozen=True)
 class Sections:
-    """Cross-sections, material, tip mass, hub and clamp of a beam, in SI units.
+    """Cross-sections, material, point masses, hub and clamp of a beam, in SI units.
 
-    With the mass per length m(x) = rho A(x), the tip mass M_t at x = length L and r = hub_radius, swapping
-    the order of integration in C and D (theory, Sec. 1) leaves the weights
+    With the mass per length m(x) = rho A(x), point masses M_k at x_k and r = hub_radius, swapping the order of
+    integration in C and D (theory, Sec. 1) leaves the weights
 
-        outer_mass(x)   = int_x^L m dxi + M_t
-        outer_moment(x) = int_x^L m (r + xi) dxi + M_t (r + L)
+        outer_mass(x)   = int_x^L m dxi + sum of M_k for x_k >= x
+        outer_moment(x) = int_x^L m (r + xi) dxi + sum of M_k (r + x_k) for x_k >= x
 
     All integrals are exact: m (r + x)^2 is at most cubic between two rows of the table, where Simpson's
     rule makes no error.  Of a shape with sizes over x it is quartic, which Boole's rule integrates without one.
@@ -77,7 +78,7 @@ class Sections:
     youngs_modulus: float
     area: Profile
     second_moment: Profile
-    tip_mass: float = 0.0  # kg
+    masses: tuple[PointMass, ...] = ()  # by place, ascending
     outer_fibre: Profile | None = None  # m, None: circular sections of the given area
     degree: int = 1  # of E I in x between two kinks
     hub_inertia: float = 0.0  # kg m^2, of a hub that turns freely
@@ -86,12 +87,28 @@ class Sections:
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Sections:
         """Return the cross-sections of the beam of `scenario`: the same object for equal beams on equal roots."""
-        return _sections_of(scenario.beam, scenario.root)
+        return _sections_of(scenario.beam, scenario.root, scenario.point_masses)
 
-    @property
+    @cached_property
     def kinks(self) -> Array:
-        """Places (m) inside the span where m or E I changes its slope, ascending."""
-        return np.union1d(self.area.x[1:-1], self.second_moment.x[1:-1])
+        """Places (m) inside the span where m or E I changes its slope or a point mass sits, ascending."""
+        of_masses = self.places[self.places < self.length]
+        return np.unique(np.concatenate([self.area.x[1:-1], self.second_moment.x[1:-1], of_masses]))
+
+    @cached_property
+    def places(self) -> Array:
+        """Places (m) of the point masses, (k,)."""
+        return np.array([point.place for point in self.masses])
+
+    @cached_property
+    def point_masses(self) -> Array:
+        """Point masses (kg), (k,)."""
+        return np.array([point.mass for point in self.masses])
+
+    @cached_property
+    def point_inertias(self) -> Array:
+        """Moments of inertia (kg m^2) of the point masses about their own centres, (k,)."""
+        return np.array([point.inertia for point in self.masses])
 
     def mass_per_length(self, x: Array | float) -> Array:
         """Return rho A(x) in kg/m, of the shape of x."""
@@ -120,18 +137,28 @@ class Sections:
         return total
 
     def outer_mass(self, x: Array | float) -> Array:
-        """Mass (kg) outside of x, of the shape of x."""
-        return self._outer(x, 0) + self.tip_mass
+        """Mass (kg) outside of x, of the shape of x; a point mass at x is outside."""
+        return self._outer(x, 0) + self._beyond(x, self.point_masses)
 
     def outer_moment(self, x: Array | float) -> Array:
         """First moment (kg m) about the axis of rotation of the mass outside of x, of the shape of x."""
-        return self._outer(x, 1) + self.tip_mass * (self.hub_radius + self.length)
+        return self._outer(x, 1) + self._beyond(x, self.point_masses * (self.hub_radius + self.places))
 
     def outer_inertia_moment(self, x: Array | float) -> Array:
-        """Return int_x^L m (r + xi) (xi - x) dxi (kg m^2): moment about x of the inertia forces outside of it."""
-        r, L = self.hub_radius, self.length
-        own = self._outer(x, 2) - (r + np.asarray(x)) * self._outer(x, 1)
-        return np.asarray(own + self.tip_mass * (r + L) * (L - np.asarray(x)))
+        """Return int_x^L m (r + xi) (xi - x) dxi (kg m^2): moment about x of the inertia outside of it.
+
+        That of an angular acceleration of 1 rad/s^2; point masses turn besides about their own centres.
+        """
+        r, place = self.hub_radius, np.asarray(x, dtype=float)
+        own = self._outer(place, 2) - (r + place) * self._outer(place, 1)
+        arms = self.places - place[..., None]
+        points = self._beyond(place, self.point_masses * (r + self.places) * arms + self.point_inertias)
+        return np.asarray(own + points)
+
+    @cached_property
+    def own_mass(self) -> float:
+        """Mass (kg) of the beam without point masses."""
+        return float(self._outer(0.0, 0))
 
     @cached_property
     def mass(self) -> float:
@@ -140,13 +167,24 @@ class Sections:
 
     @cached_property
     def static_moment(self) -> float:
-        """Sm = int m (r + x) (kg m), with the tip mass."""
+        """Sm = int m (r + x) (kg m), with point masses."""
         return float(self.outer_moment(0.0))
 
     @cached_property
     def inertia(self) -> float:
-        """J = int m (r + x)^2 (kg m^2), with the tip mass, without the hub."""
-        return float(self._outer(0.0, 2)) + self.tip_mass * (self.hub_radius + self.length) ** 2
+        """J = int m (r + x)^2 (kg m^2), with point masses as points, without the hub."""
+        squares = self.point_masses * (self.hub_radius + self.places) ** 2
+        return float(self._outer(0.0, 2) + self._beyond(0.0, squares))
+
+    @cached_property
+    def whole_inertia(self) -> float:
+        """J with the inertia of the hub and that of point masses about their own centres (kg m^2)."""
+        return self.inertia + self.hub_inertia + float(self.point_inertias.sum())
+
+    def _beyond(self, x: Array | float, values: Array) -> Array:
+        """Sum of values (k,) or (..., k) of the point masses at x and outside of it, of the shape of x."""
+        outside = np.asarray(x, dtype=float)[..., None] <= self.places
+        return np.asarray(np.where(outside, values, 0.0).sum(axis=-1))
 
     def _outer(self, x: Array | float, power: int) -> Array:
         """Int_x^L m (r + xi)^power dxi, summed from the tip inwards so that it keeps its digits there."""
@@ -174,7 +212,7 @@ class Sections:
 
 
 @lru_cache(maxsize=8)
-def _sections_of(beam: BeamSection, root: RootSection) -> Sections:
+def _sections_of(beam: BeamSection, root: RootSection, masses: tuple[PointMass, ...]) -> Sections:
     varies = beam.section.shape != "" and len(rows_of(beam.section)) > 0
 
     def profile(name: str) -> Profile:
@@ -188,7 +226,7 @@ def _sections_of(beam: BeamSection, root: RootSection) -> Sections:
         beam.youngs_modulus,
         profile("area"),
         profile("second_moment"),
-        beam.tip_mass,
+        masses,
         profile("outer_fibre") if beam.outer_fibre else None,
         DEGREE if varies else 1,
         root.inertia if root.kind == "hub" else 0.0,

@@ -13,6 +13,7 @@ import numpy as np
 
 from oblique_impact.beam.axis import Met, Places, SectionMotion, meet, point_of
 from oblique_impact.beam.base_motion import drive_acceleration
+from oblique_impact.beam.point_forces import PointForces, force_in_frame
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
 from oblique_impact.contact.sides_and_pegs import Directions, PointMotion, meet_side, take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
@@ -45,22 +46,21 @@ from oblique_impact.kernels.workspace import (
 
 PIN, HUB, DRIVEN = 0, 1, 2
 
-# BeamModel.matrices: elastic mass with the hub's share, M1 - C of the beam alone, stiffness, damping,
+# BeamModel.matrices: elastic mass with what turns with sections, M1 - C of the beam alone, stiffness, damping,
 # gravity stiffness D, inverse of the elastic mass matrix
 ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, MASS_INVERSE = range(6)
-# BeamModel.vectors: S with the hub's share, P, slope of the root, elastic accelerations by a unit one of theta (of
-# a driven root 0: theta is prescribed)
+# BeamModel.vectors: S with what turns with sections, P, slope of the root, elastic accelerations by a unit one of
+# theta (of a driven root 0: theta is prescribed)
 COUPLING, LOAD, ROOT_SLOPE, FOLLOWING = range(4)
 
 #: what is one number of a beam with its root
 BEAM_NUMBERS = np.dtype(
     [
         ("root", np.int64),
-        ("inertia", float),  # J and the hub's (kg m^2)
+        ("inertia", float),  # J with what turns with sections, as the hub (kg m^2)
         ("static_moment", float),  # Sm (kg m)
         ("gravity", float),
         ("hub_radius", float),
-        ("hub_inertia", float),
         ("torque", float),
         ("spin_rate", float),  # rad/s, at the end of the spin-up of a driven root
         ("spin_up_time", float),
@@ -75,6 +75,8 @@ class Quadrature(NamedTuple):
     points: Array  # (2, nq) r + x (m) and mass (kg)
     shapes: Array  # (nq, n)
     shortening: Array  # (nq, n, n) H(x)
+    inertias: Array  # (k,) kg m^2, that turn with sections: of the hub and of point masses
+    turning: Array  # (k, n + 1) their rates of turning by theta' and B'
 
 
 class GroundSpring(NamedTuple):
@@ -89,6 +91,13 @@ class GroundSpring(NamedTuple):
     angle: float  # rad, at which the spring is unstrained
 
 
+class Loads(NamedTuple):
+    """Forces on the beam and the places where they act."""
+
+    forces: PointForces
+    places: Places
+
+
 class _BeamData(NamedTuple):
     """A discretized beam with root, gravity, damping and places of contact; constant during a run."""
 
@@ -100,6 +109,7 @@ class _BeamData(NamedTuple):
     shaking: Shaking | None = None  # of the base
     quadrature: Quadrature | None = None  # of exact kinetic energy alone
     ground: GroundSpring | None = None  # of a hub alone
+    loads: Loads | None = None  # forces on the beam
 
 
 @inlined
@@ -225,13 +235,11 @@ def _full(model: BeamModel, quadrature: Any, q: Array, qd: Array, w: Workspace) 
             forces[i] -= axial_row[i] * axial + transverse_row[i] * transverse
             for j in range(i + 1):
                 M[i, j] += mass * (axial_row[i] * axial_row[j] + transverse_row[i] * transverse_row[j])
-    hub_row = axial_row
-    hub_row[0] = 1.0
-    for i in range(n):
-        hub_row[i + 1] = model.vectors[ROOT_SLOPE, i]
+    inertias, turning = quadrature.inertias, quadrature.turning
     for i in range(n + 1):
         for j in range(i + 1):
-            M[i, j] += model.numbers.hub_inertia * hub_row[i] * hub_row[j]
+            for k in range(inertias.shape[0]):
+                M[i, j] += inertias[k] * turning[k, i] * turning[k, j]
             M[j, i] = M[i, j]
 
 
@@ -262,9 +270,11 @@ def _take_point_rows(
 
 
 @inlined
-def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: Candidate) -> Directions:
-    """Meet a side with a point of the beam, whose shape functions are tables."""
-    place, table, B, Bd = model.places.each[i], model.places.tables[i], q[1:], qd[1:]
+def _point_in_place(
+    model: BeamModel, place: Any, table: Array, q: Array, qd: Array, v: Array
+) -> tuple[PointMotion, float]:
+    """Motion of a point of the beam, whose shape functions are in a table, and the slope there; takes its rows."""
+    B, Bd = q[1:], qd[1:]
     HB, bending, n = v[SHORTENING_PRODUCT], 0.0, q.shape[0] - 1
     for j in range(n):
         before, rate = 0.0, 0.0
@@ -277,7 +287,30 @@ def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: C
     motion = _motion_of(shape, slope, HB, bending, B, Bd)
     point = point_of(place, model.numbers.hub_radius + place.x, motion, qd[0])
     _take_point_rows(place, shape, slope, HB, motion.slope, point, v)
+    return point, motion.slope
+
+
+@inlined
+def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: Candidate) -> Directions:
+    """Meet a side with a point of the beam."""
+    place = model.places.each[i]
+    point, _ = _point_in_place(model, place, model.places.tables[i], q, qd, v)
     return meet_side(place, q[0], point, c)
+
+
+@jitable
+def _apply_loads(loads: Loads | None, model: BeamModel, t: float, q: Array, qd: Array, v: Array) -> float:
+    """Add the forces on the beam; their power (W).  The compiler drops this of a beam without any."""
+    if loads is None:
+        return 0.0
+    forces, power, places = v[FORCES], 0.0, loads.places
+    for k in range(len(places.each)):
+        point, slope = _point_in_place(model, places.each[k], places.tables[k], q, qd, v)
+        along, across = force_in_frame(loads.forces, k, t, q[0], slope)
+        for i in range(q.shape[0]):
+            forces[i] += along * v[ALONG, i] + across * v[ACROSS, i]
+        power += along * point.x_rate + across * point.y_rate
+    return power
 
 
 @inlined
@@ -418,6 +451,7 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> 
     v, numbers = w.vectors, model.numbers
     damping = _apply_forces(model, t, q[0], q[1:], qd[1:], w) + _apply_ground(model.ground, q, qd, v)
     supplied = _shaking_power(model.shaking, model, t, q, qd, v)
+    supplied += _apply_loads(model.loads, model, t, q, qd, v)
     if numbers.root == HUB:
         supplied += numbers.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
     if numbers.root == DRIVEN:

@@ -5,7 +5,8 @@ rotation and elastic deflection in one vector.  x is the distance from the axis 
 first coordinate is the slope of the root, which a hub of radius r moves across by r times it.  Of a driven root it
 is prescribed; if its clamp yields, the slope of the beam there is a coordinate of its own behind it.
 
-M, S = M x and J = x.S are those of beam and hub, whose inertia M has at the slope of the root.  W splits again by
+M, S = M x and J = x.S are those of beam, hub and point masses, whose inertias M has at the slopes where they turn.
+W splits again by
 theta = a.W, B = W - x theta, with a.x = 1: a = S/J in the mean-axis frame, where S.B = 0; in the tangent frame,
 which is that of a driven root too, it is the first unit vector.  First-order kinetics reads
 
@@ -28,12 +29,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.axis import Met, meet
+from oblique_impact.beam.axis import AxisPoint, meet, point_of
 from oblique_impact.beam.base_motion import drive_acceleration
 from oblique_impact.beam.floating_frame import DRIVEN, take_prescribed
 from oblique_impact.beam.hermite import HermiteShapes
+from oblique_impact.beam.point_forces import PointForces, force_in_frame
 from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
-from oblique_impact.contact.sides_and_pegs import take_rows
+from oblique_impact.contact.sides_and_pegs import PointMotion, take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
@@ -94,6 +96,13 @@ class NodalPlaces(NamedTuple):
     condensed: Array | None  # (n,) the last deflection by the n coordinates, if it is none of them
 
 
+class NodalLoads(NamedTuple):
+    """Forces on the beam and the places where they act, with a state of their own."""
+
+    forces: PointForces
+    places: NodalPlaces
+
+
 class MeanVelocities(NamedTuple):
     """Means b_e of the velocities on elements, all that has inertia, and motions r_e of these means alone.
 
@@ -138,6 +147,7 @@ class _NodalData(NamedTuple):
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
     massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
     shaking: Shaking | None = None  # of the base
+    loads: NodalLoads | None = None  # forces on the beam
 
 
 @jitable
@@ -151,9 +161,9 @@ def _frame(model: NodalModel, q: Array, qd: Array) -> tuple[float, float]:
 
 
 @inlined
-def _take_nodal_values(model: NodalModel, theta: float, q: Array, frame: Array) -> None:
+def _take_nodal_values(model: NodalModel, places: NodalPlaces, theta: float, q: Array, frame: Array) -> None:
     """Put theta and the nodal values of B = W - x theta into `frame` (m + 1,)."""
-    places, rigid, yields = model.places, model.vectors[RIGID], model.numbers.yields
+    rigid, yields = model.vectors[RIGID], model.numbers.yields
     frame[0], frame[1] = theta, model.numbers.hub_radius * (q[0] - theta)
     for j in range(yields, q.shape[0]):
         frame[j + 2 - yields] = q[j] - theta * rigid[j]
@@ -163,9 +173,15 @@ def _take_nodal_values(model: NodalModel, theta: float, q: Array, frame: Array) 
 @jitable
 def take_nodal_state(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> None:
     """Take the state into the floating frame, in which places of contact are known."""
-    places, (theta, spin) = model.places, _frame(model, q, qd)
-    _take_nodal_values(model, theta, q, places.q)
-    _take_nodal_values(model, spin, qd, places.qd)
+    _take_places(model, model.places, q, qd)
+
+
+@jitable
+def _take_places(model: NodalModel, places: NodalPlaces, q: Array, qd: Array) -> None:
+    """Take the state into the floating frame for some places."""
+    theta, spin = _frame(model, q, qd)
+    _take_nodal_values(model, places, theta, q, places.q)
+    _take_nodal_values(model, places, spin, qd, places.qd)
     places.mesh.bend(places.q[1:], places.qd[1:])
 
 
@@ -194,21 +210,23 @@ def _condense(condensed: Array | None, yields: int, row: Array) -> None:
 
 
 @jitable
-def _take_point_rows(model: NodalModel, place: Any, met: Met, v: Array) -> None:
+def _take_point_rows(
+    model: NodalModel, places: NodalPlaces, place: Any, x: float, axis: AxisPoint, point: PointMotion, v: Array
+) -> None:
     """Rows (2, n) over W of a point of the beam in the frame, J_B + a (J_theta - x.J_B).
 
     Those over B are as in :mod:`~oblique_impact.beam.floating_frame`.  Elements hold the function x exactly, so
     that x.(H B) = u_y, x.Phi = x and x.Phi' = 1.
     """
-    places, along_frame, axis, numbers = model.places, model.vectors[FRAME], met.axis, model.numbers
-    own, yields = places.vectors, numbers.yields
+    along_frame, numbers, own = model.vectors[FRAME], model.numbers, places.vectors
+    yields = numbers.yields
     places.mesh.take_shapes(axis, places.q[1:], own)
     for which in (SCRATCH_A, SCRATCH_B, SHORTENING_PRODUCT):
         _over_coordinates(model, own[which])
     shape, slope, HB = own[SCRATCH_A], own[SCRATCH_B], own[SHORTENING_PRODUCT]
     e, kept, leaning = place.fibre, place.shortening, place.turning * axis.slope
-    along = kept * axis.u_y + e - met.point.y
-    across = met.point.x - (numbers.hub_radius + met.x) + leaning
+    along = kept * axis.u_y + e - point.y
+    across = point.x - (numbers.hub_radius + x) + leaning
     for j in range(along_frame.shape[0]):
         k = j + 2 - yields
         v[ALONG, j] = along * along_frame[j] - kept * HB[k] - e * slope[k]
@@ -239,7 +257,7 @@ def touch_nodal(
     """Gap, slip, their rates and biases of one place of contact in the state taken last, and its rows."""
     places = model.places
     met = meet(places.mesh, model.numbers.hub_radius, places.each[i], places.q, places.qd, c)
-    _take_point_rows(model, places.each[i], met, w.vectors)
+    _take_point_rows(model, places, places.each[i], met.x, met.axis, met.point, w.vectors)
     take_rows(met.directions, w.vectors, rows)
     if places.each[i].on_side:
         c.shift, c.shift_rate = places.q[0], places.qd[0]
@@ -248,6 +266,28 @@ def touch_nodal(
                 rows[2, j] = model.vectors[FRAME, j]
     if model.numbers.root == DRIVEN:
         take_prescribed(_driven(model, t), places.each[i].on_side, c, rows)
+
+
+@jitable
+def _apply_loads(
+    loads: NodalLoads | None, model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
+) -> float:
+    """Add the forces on the beam; their power (W).  The compiler drops this of a beam without any."""
+    if loads is None:
+        return 0.0
+    places, v, power = loads.places, w.vectors, 0.0
+    _take_places(model, places, q, qd)
+    for k in range(len(places.each)):
+        place, B, Bd = places.each[k], places.q[1:], places.qd[1:]
+        axis = places.mesh.bent_axis(place.x, B)
+        motion, _ = places.mesh.motion_at(axis, B, Bd)
+        point = point_of(place, model.numbers.hub_radius + place.x, motion, places.qd[0])
+        _take_point_rows(model, places, place, place.x, axis, point, v)
+        along, across = force_in_frame(loads.forces, k, t, places.q[0], axis.slope)
+        for i in range(q.shape[0]):
+            v[FORCES, i] += along * v[ALONG, i] + across * v[ACROSS, i]
+        power += along * point.x_rate + across * point.y_rate
+    return power
 
 
 @jitable
@@ -450,6 +490,7 @@ def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspac
     """Fill forces at (q, q')."""
     rank_one, damping = _forces(model, t, q, qd, w)
     supplied = _supplied_power(model.shaking, model, t, q, qd, w)
+    supplied += _apply_loads(model.loads, model, t, q, qd, w)
     if model.numbers.root == DRIVEN:
         supplied += _prescribe(model, t, qd[0], rank_one, w)
         rank_one = 0.0
@@ -470,7 +511,7 @@ def take_nodal_residual(model: NodalModel, t: float, q: Array, qd: Array, qdd: A
 @jitable
 def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Supplied power at (q, q')."""
-    if model.numbers.root == DRIVEN:
+    if model.numbers.root == DRIVEN or model.loads is not None:
         return evaluate_nodal(model, t, q, qd, w)
     return Evaluation(0.0, _supplied_power(model.shaking, model, t, q, qd, w), 0.0)
 

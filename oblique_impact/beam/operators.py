@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
 from numbers import Number
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,15 @@ from scipy.sparse import csr_array, issparse
 
 from oblique_impact.beam.axis import ShapeFunctions
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.errors import InputError
 from oblique_impact.kernels.workspace import own_numbers
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.sections import ContactSection
+from oblique_impact.scenario.sections import ContactSection, ForceSection
 
 #: a first square of a frequency below this part of the second is looked for alone
 _FAR = 1e-4
+#: nearer places (over the length) are one
+_SAME_PLACE = 1e-12
 
 Array = NDArray[np.float64]
 #: a matrix of operators, (n, n) or (points, n): dense, or a `csr_array` of a nodal model
@@ -30,7 +33,10 @@ Matrix = Any
 
 @dataclass(frozen=True)
 class ShapeTable:
-    """Shape functions and their slopes at the points of a composite Gauss rule over the whole span."""
+    """Shape functions and their slopes at the points of a composite Gauss rule over the whole span.
+
+    Panels end where point masses are and forces act.
+    """
 
     order: int  # points per panel
     points: Array  # (nq,) m, ascending
@@ -51,13 +57,21 @@ class StationTable:
     cells: NDArray[np.int64]  # (ns,)
 
 
+class Turning(NamedTuple):
+    """What turns with sections of the beam: the hub with the root, and point masses that have an inertia."""
+
+    inertias: Array  # (k,) kg m^2, the hub's first, which may be 0
+    slopes: Array  # (k, n) Phi' there (1/m)
+
+
 @dataclass(frozen=True)
 class BeamOperators:
     """Matrices, vectors and tables of a discretized beam, in SI units.
 
     n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m(x) the
-    mass per length, in which a tip mass is a point mass at x = length (theory: Sec. 1 of the documentation;
-    H(x) = int_0^x Phi'^T Phi' dxi), all of the beam alone, without its hub and without the spring of a clamp:
+    mass per length, point masses included (theory: Sec. 1 of the documentation; H(x) = int_0^x Phi'^T Phi' dxi),
+    all of the beam alone, without what turns with its sections, hub and inertias of point masses, and without the
+    spring of a clamp:
 
         M1 = int m Phi^T Phi        K = int E I Phi''^T Phi''
         C  = int m (r + x) H        D = int m H
@@ -93,10 +107,36 @@ class BeamOperators:
         """Number n of shape functions."""
         return int(self.P.shape[0])
 
+    @cached_property
+    def turning(self) -> Turning:
+        """Hub and point masses with an inertia."""
+        inertias = self.sections.point_inertias
+        places = self.sections.places[inertias > 0.0]
+        slopes = np.vstack([self.root_slope[None], *([self.rows_at(places, 1)] if places.size else [])])
+        return Turning(np.append(self.sections.hub_inertia, inertias[inertias > 0.0]), slopes)
+
+    def rows_at(self, places: Array, order: int) -> Array:
+        """Return the shape functions (order 0) or their slopes (1) at places (m), (places, n).
+
+        Operators without `along` have them at their stations alone; raises InputError for other places.
+        """
+        if self.along is not None:
+            return np.asarray(self.along.derivative(places, order))
+        stations = self.stations
+        nearest = np.abs(stations.points - places[:, None]).argmin(axis=1)
+        if np.any(np.abs(stations.points[nearest] - places) > _SAME_PLACE * self.sections.length):
+            where = "masses and forces need shape functions anywhere, BeamOperators.along"
+            raise InputError(f"discretization: {where}")
+        rows = (stations.values, stations.slopes)[order][nearest]
+        return np.asarray(rows.toarray() if issparse(rows) else rows)
+
     @property
     def elastic_mass(self) -> Matrix:
-        """M1 + J_h Phi'(0)^T Phi'(0) (n, n): mass of the elastic coordinates, with the hub's."""
-        return self.M1 + self.sections.hub_inertia * self._turn_squared
+        """M1 + sum J_k Phi'(x_k)^T Phi'(x_k) (n, n): with the hub's and what turns with other sections."""
+        mass = self.M1
+        for inertia, slope in zip(*self.turning, strict=True):
+            mass = mass + inertia * self._squared(slope)
+        return mass
 
     @property
     def stiffness(self) -> Matrix:
@@ -105,25 +145,24 @@ class BeamOperators:
         The spring of a hub couples the elastic coordinates with its angle and is not in it.
         """
         clamp = self.sections.clamp_stiffness
-        return self.K + clamp * self._turn_squared if clamp > 0.0 else self.K
+        return self.K + clamp * self._squared(self.root_slope) if clamp > 0.0 else self.K
 
-    @property
-    def _turn_squared(self) -> Matrix:
-        """Phi'(0)^T Phi'(0) (n, n)."""
-        slope = self.root_slope[None]
+    def _squared(self, slope: Array) -> Matrix:
+        """Phi'^T Phi' (n, n) of slopes (n,)."""
+        row = slope[None]
         if issparse(self.M1):
-            slope = csr_array(slope)
-        return slope.T @ slope
+            row = csr_array(row)
+        return row.T @ row
 
     @property
     def coupling(self) -> Array:
-        """S + J_h Phi'(0) (n,): coupling to the rigid rotation of beam and hub; 0 in the mean-axis frame."""
-        return self.S + self.sections.hub_inertia * self.root_slope
+        """S + sum J_k Phi'(x_k) (n,): coupling to the rigid rotation of beam and hub; 0 in the mean-axis frame."""
+        return np.asarray(self.S + self.turning.inertias @ self.turning.slopes)
 
     @property
     def inertia(self) -> float:
-        """J + J_h (kg m^2)."""
-        return self.J + self.sections.hub_inertia
+        """J + sum J_k (kg m^2)."""
+        return self.J + float(self.turning.inertias.sum())
 
     @cached_property
     def contact_slope(self) -> Array:
@@ -173,6 +212,9 @@ class SpinningBeam:
     vibrates flapwise like a held root.
 
     A hub on a spring to the ground does not spin; its angle is then one more coordinate of a beam that is held.
+
+    Inertias of point masses are arms along the beam too: in the plane of rotation their energy of spin does not
+    depend on how they are turned, out of it the spin turns them back, so that they are the same in M1 and C.
     """
 
     K: Array  # (n, n)
@@ -185,12 +227,14 @@ class SpinningBeam:
     def of(cls, operators: BeamOperators, scenario: Scenario) -> SpinningBeam:
         """Take the operators of shape functions seen from the root, and how it is held."""
         o, root = operators, scenario.root
+        M1, S = o.elastic_mass, o.coupling
+        C = o.C + (M1 - o.M1)
         if root.kind == "driven":
-            return cls(o.stiffness, o.M1, o.C, o.S, math.inf)
+            return cls(o.stiffness, M1, C, S, math.inf)
         if root.stiffness > 0.0:
-            mass = np.block([[np.array([[o.inertia]]), o.S[None]], [o.S[:, None], o.M1]])
+            mass = np.block([[np.array([[o.inertia]]), S[None]], [S[:, None], M1]])
             return cls.at_rest(block_diag(root.stiffness, o.K), mass)
-        return cls(o.K, o.M1, o.C, o.S, o.inertia)
+        return cls(o.K, M1, C, S, o.inertia)
 
     @classmethod
     def at_rest(cls, stiffness: Array, mass: Array) -> SpinningBeam:
@@ -224,6 +268,13 @@ def _squares(stiffness: Array, mass: Array) -> Array:
     scales = np.outer(scale, scale)
     flexibilities = eigh(mass * scales, stiffness * scales, eigvals_only=True)[::-1]
     return np.asarray(1.0 / np.maximum(flexibilities, np.finfo(float).tiny))
+
+
+def merge_points(nodes: Array, others: Array) -> Array:
+    """Union of two ascending sets of points (m), in which others within rounding of a node are that node."""
+    length = nodes[-1]
+    apart = np.array([np.min(np.abs(nodes - x)) > _SAME_PLACE * length for x in others], dtype=bool)
+    return np.union1d(nodes, others[apart])
 
 
 def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:
@@ -299,6 +350,9 @@ def build_operators(scenario: Scenario, user_defined: Discretization | None = No
     beam_alone = Scenario.model_construct(
         beam=scenario.beam,
         root=scenario.root,
+        masses=scenario.masses,
+        # their places alone, as nodes and ends of panels
+        forces=tuple(ForceSection(place=item.place, force=1.0) for item in scenario.acting_forces),
         contact=ContactSection(point=scenario.contact.point),
         discretization=scenario.discretization,
     )

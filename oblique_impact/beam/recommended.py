@@ -50,7 +50,8 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     """
     check_numbers(Sections.from_scenario(scenario))
     beam, contact = scenario.beam, scenario.contact
-    varies = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment)) or beam.tip_mass > 0.0
+    tapered = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment))
+    varies, what = tapered or bool(scenario.point_masses), "sections vary" if tapered else "there are point masses"
     frame = frame_for_many_modes(scenario)
     damped = beam.kelvin_voigt
     if not (contact.enabled and is_stiff(scenario)):  # which Kelvin-Voigt damping alone gives a limit
@@ -58,7 +59,7 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     light = light_damping(scenario)
     share = f"{100.0 * LIGHT:g} % of critical in the first bending mode, as of a plain metal beam; measure yours"
     wanted: dict[str, tuple[Any, str]] = {
-        "discretization.method": ("fem", "sections vary") if varies else ("modal", "the sections are uniform"),
+        "discretization.method": ("fem", what) if varies else ("modal", "the sections are uniform"),
         "discretization.frame": (frame, _FRAMES[frame]),
         "discretization.kinetics": ("first-order", "enough for small deflections"),
         "beam.kelvin_voigt": (beam.kelvin_voigt, "as given") if damped else (light, share),

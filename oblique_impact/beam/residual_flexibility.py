@@ -30,8 +30,8 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
     That is int M_i M_k/(E I) with the bending moments M of the two loads (m/N, 1/N; 1/N, 1/(N m)).  A clamped
     beam carries a load to its root, and a clamp with the spring k turns by the moment there over k.  One that is
     free to turn, on a pin or with its hub, is accelerated: the inertia forces m (r + x) a of this turning, and
-    J_h a of the hub, balance the load, and the deflection is the one in the mean-axis frame.  Uniform beam with
-    the force at its end: L^3/(3 E I), and on a pin 2 L^3/(105 E I).
+    J_k a of hub and point masses, balance the load, and the deflection is the one in the mean-axis frame.  Uniform
+    beam with the force at its end: L^3/(3 E I), and on a pin 2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
     x, w = gauss_rule(edges, _GAUSS_POINTS)
@@ -46,8 +46,7 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
 
 def _balance(sections: Sections, loads: Array, x: Array) -> Array:
     """Bending moments (loads, points) at x of the inertia that balances loads of given moments about the root."""
-    inertia = sections.inertia + sections.hub_inertia
-    return np.asarray(np.multiply.outer(loads / inertia, sections.outer_inertia_moment(x)))
+    return np.asarray(np.multiply.outer(loads / sections.whole_inertia, sections.outer_inertia_moment(x)))
 
 
 def residual_flexibility(operators: BeamOperators, clamped: bool, place: float | None = None) -> Array:
@@ -100,7 +99,7 @@ def flexibility_along(operators: BeamOperators, clamped: bool, place: float | No
     """
     sections, along = operators.sections, operators.along
     assert along is not None
-    inertia = sections.inertia + sections.hub_inertia
+    inertia = sections.whole_inertia
     cells = np.linspace(0.0, sections.length, _CELLS + 1)
     edges = np.union1d(cells, np.concatenate([along.edges, sections.kinks]))
     edges = edges[np.append(True, np.diff(edges) > _NEXT * sections.length)]

@@ -151,17 +151,18 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     sections, x = o.sections, o.stations.points
     B = np.stack([motion.q[:, 1:].T, motion.qd[:, 1:].T, motion.qdd[:, 1:].T], axis=1)
     spin, spin_rate = spins = np.stack([motion.qd[:, 0], motion.qdd[:, 0]])
-    whole, inner = _sums(beam, points, spins, B)
+    whole, inner, shortening = _sums(beam, points, spins, B)
     ux, ux_dot = inner[:2]
     mx, mx1, mx2, my, my1, my2, turned = whole[3:, None] - inner[3:]  # of the part outside of each station
     along, across = _weights(beam, motion)
-    mass = sections.tip_mass + np.append(np.cumsum(points.masses[::-1])[::-1], 0.0)[stations.cells, None]
+    mass = np.append(np.cumsum(points.masses[::-1])[::-1], 0.0)[stations.cells, None]
+    mass = mass + _outside(beam, x, sections.places) @ sections.point_masses[:, None]
     axial = spin_rate * my + 2.0 * spin * my1 + spin**2 * mx - mx2 - mass * along
     transverse = spin**2 * my - spin_rate * mx - 2.0 * spin * mx1 - my2 - mass * across
     moment = my * along - mx * across - turned
     uy, uy_dot, slope = stations.values @ B[:, 0], stations.values @ B[:, 1], stations.slopes @ B[:, 0]
-    for place, point, force in _in_frame(motion):
-        outside = x[:, None] <= place + _SAME_PLACE * sections.length  # the load, of each station
+    for place, point, force in (*_in_frame(motion), *_applied_forces(beam, motion, shortening)):
+        outside = _outside(beam, x, place)
         moment += outside * (point.real * force.imag - point.imag * force.real)
         axial += outside * force.real
         transverse += outside * force.imag
@@ -170,6 +171,11 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     shear = slope * axial - (1.0 - 0.5 * beam.foreshortening * slope**2) * transverse
     modulus = (sections.fibre_distance(x) / sections.second_moment(x))[:, None]
     return Fields(ux, uy, ux_dot, uy_dot, moment, shear, axial, modulus * moment)
+
+
+def _outside(beam: Beam, x: Array, places: Array) -> Array:
+    """Whether places (k,) are outside of stations x (stations,) or at them, 1 or 0: (stations, k)."""
+    return np.asarray(x[:, None] <= places + _SAME_PLACE * beam.operators.sections.length, dtype=float)
 
 
 def _weights(beam: Beam, motion: Motion) -> Array:
@@ -182,47 +188,69 @@ def _weights(beam: Beam, motion: Motion) -> Array:
     return weights
 
 
-def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, Array]:
-    """Return the sums over masses: over the whole beam with its tip mass, and up to the stations.
+def _applied_forces(beam: Beam, motion: Motion, ux: Array) -> Iterator[tuple[Array, Complex, Complex]]:
+    """Yield the forces on the beam like contacts; u_x (m) where they act, (k, samples)."""
+    forces, o, B = beam.forces, beam.operators, motion.q[:, 1:].T
+    if forces is None:
+        return
+    places, theta = forces.places, motion.q[:, 0]
+    uy, slopes = o.rows_at(places, 0) @ B, o.rows_at(places, 1) @ B
+    for k, place in enumerate(places):
+        point = o.sections.hub_radius + place + ux[k] + 1j * uy[k]
+        yield np.full(theta.size, place), point, forces.in_frame(k, motion.time, theta, slopes[k])
+
+
+def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, Array, Array]:
+    """Return the sums over masses: over the whole beam with its point masses, and up to the stations.
 
     They are u_x and two derivatives; sums of m x and of m y with two derivatives each, of m times
-    :func:`_turning`; each (10, samples) or (10, stations, samples).
+    :func:`_turning`; each (10, samples) or (10, stations, samples).  Third is u_x at the k forces, (k, samples).
     """
     stations, sections = beam.operators.stations, beam.operators.sections
     table, samples = stations.quadrature, B.shape[2]
     sums = np.zeros((table.points.size // table.order + 1, _SUMS, samples))
     x, y = _axial_along(points, _applied(table.slopes, B), sums), _applied(table.values, B)
-    tip_x, tip_y = sums[-1, :3].copy(), _applied(stations.values[-1:], B)[0]
-    tip_x[0] += sections.hub_radius + sections.length
+    at_x, at_y = sums[beam.panels_before(sections.places), :3], _applied(beam.at_masses, B)  # of the point masses
+    at_x[:, 0] += sections.hub_radius + sections.places[:, None]
+    slopes = beam.operators.rows_at(sections.places, 1)
+    turns = spins[1] + slopes @ B[:, 2]  # their angular accelerations
     slowed = beam.slowed(B[:, 1])
     if slowed is not None:
         # a load like that of inertia; Kelvin-Voigt damping is part of the bending moment
-        loads = _without_swing(beam, np.append(x[:, 0], tip_x[:1], axis=0), slowed)
-        y[:, 2] += loads[:-1]
-        tip_y[2] += loads[-1]
+        swing = _swing(beam, np.append(x[:, 0], at_x[:, 0], axis=0), slowed)
+        loads = beam.deflections(slowed) - np.outer(beam.masses[0], swing)
+        y[:, 2] += loads[: len(y)]
+        at_y[:, 2] += loads[len(y) :]
+        turns += slopes @ slowed - swing
     on_spring = beam.slowed_on_spring(spins[0], B[:, 1])
     if on_spring is not None:  # as the hub turns, too
         loads = beam.deflections(on_spring[1:]) + np.outer(beam.masses[0], on_spring[0])
-        y[:, 2] += loads[:-1]
-        tip_y[2] += loads[-1]
+        y[:, 2] += loads[: len(y)]
+        at_y[:, 2] += loads[len(y) :]
+        turns += slopes @ on_spring[1:] + on_spring[0]
     _add_masses(points, spins, x, y, sums)
-    whole = sums[-1].copy()
-    whole[3:] += sections.tip_mass * np.concatenate([tip_x, tip_y, _turning(tip_x, tip_y, *spins)[None]])
-    return whole, np.moveaxis(sums[stations.cells // table.order], 1, 0)
+    whole, inner = sums[-1].copy(), sums[stations.cells // table.order]
+    inside = 1.0 - _outside(beam, stations.points, sections.places)
+    for k, (_, mass, inertia) in enumerate(sections.masses):
+        turned = mass * _turning(at_x[k], at_y[k], *spins) + inertia * turns[k]
+        share = np.concatenate([mass * at_x[k], mass * at_y[k], turned[None]])
+        whole[3:] += share
+        inner[:, 3:] += inside[:, k, None, None] * share
+    loaded = beam.forces.places if beam.forces is not None else np.zeros(0)
+    return whole, np.moveaxis(inner, 1, 0), sums[beam.panels_before(loaded), 0]
 
 
-def _without_swing(beam: Beam, X: Array, B: Array) -> Array:
-    """Deflections (points, samples) of B (n, samples), turned until beam and hub have no moment about their axis.
+def _swing(beam: Beam, X: Array, B: Array) -> Array:
+    """Rotation (samples,) that takes from deflections B (n, samples) the moment of beam and hub about their axis.
 
     X (points, samples) are the positions of the points of mass along the frame.  A driven root does not turn.
     """
-    deflections = beam.deflections(B)
     if beam.scenario.root.kind == "driven":
-        return deflections
-    (arms, masses), hub = beam.masses, beam.hub_inertia
+        return np.zeros(B.shape[1])
+    (arms, masses), (inertias, slopes) = beam.masses, beam.operators.turning
     X = masses[:, None] * X
-    turn = np.einsum("is,is->s", X, deflections) + hub * (beam.operators.root_slope @ B)
-    return np.asarray(deflections - np.outer(arms, turn / (arms @ X + hub)))
+    turn = np.einsum("is,is->s", X, beam.deflections(B)) + inertias @ (slopes @ B)
+    return np.asarray(turn / (arms @ X + inertias.sum()))
 
 
 def _turning(x: Array, y: Array, spin: Array, spin_rate: Array) -> Array:

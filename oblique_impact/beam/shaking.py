@@ -15,28 +15,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.axis import panel_of
+from oblique_impact.beam.time_course import TimeCourse, value_at
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import Array
 
 if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
 
 
 class Shaking(NamedTuple):
-    """Acceleration of the base in a fixed direction: harmonic with a sweep, or that of a table."""
+    """Acceleration of the base in a fixed direction."""
 
     cosine: float  # of the direction
     sine: float
-    acceleration: float  # m/s^2, amplitude
-    frequency: float  # Hz, at t = 0
-    sweep_rate: float  # Hz/s
-    table: Array  # (rows, 2) time (s) and acceleration (m/s^2); no rows: harmonic
+    acceleration: TimeCourse  # m/s^2
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Times (s) at which the acceleration is not smooth: the rows of a table."""
-        return tuple(self.table[:, 0].tolist())
+        """Times (s) at which the acceleration is not smooth."""
+        return self.acceleration.breakpoints
 
 
 def shaking_of(scenario: Scenario) -> Shaking | None:
@@ -44,25 +40,14 @@ def shaking_of(scenario: Scenario) -> Shaking | None:
     base = scenario.base
     if not base.is_shaken:
         return None
-    direction = math.cos(base.direction), math.sin(base.direction)
-    table = np.array(base.table, dtype=float).reshape(-1, 2)
-    return Shaking(*direction, base.acceleration, base.frequency, base.sweep_rate, table)
+    course = TimeCourse.of(base.acceleration, base.frequency, base.sweep_rate, base.table)
+    return Shaking(math.cos(base.direction), math.sin(base.direction), course)
 
 
 @jitable
 def base_acceleration(shaking: Shaking, t: float) -> float:
-    """Acceleration (m/s^2) at t (s); before the first and after the last row of a table it is theirs."""
-    table = shaking.table
-    if table.shape[0] == 0:
-        phase = 2.0 * math.pi * (shaking.frequency + 0.5 * shaking.sweep_rate * t) * t
-        return shaking.acceleration * math.sin(phase)
-    if t <= table[0, 0]:
-        return float(table[0, 1])
-    if t >= table[-1, 0]:
-        return float(table[-1, 1])
-    k = panel_of(table[:, 0], t)
-    part = (t - table[k, 0]) / (table[k + 1, 0] - table[k, 0])
-    return float(table[k, 1] + part * (table[k + 1, 1] - table[k, 1]))
+    """Acceleration (m/s^2) at t (s)."""
+    return value_at(shaking.acceleration, t)
 
 
 @inlined

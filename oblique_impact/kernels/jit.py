@@ -64,7 +64,9 @@ _NUMERIC_SOURCE = (
     "beam/floating_frame.py",
     "beam/hermite.py",
     "beam/nodal_frame.py",
+    "beam/point_forces.py",
     "beam/shaking.py",
+    "beam/time_course.py",
 )
 
 

@@ -55,8 +55,10 @@ def range_text(schema: dict[str, Any]) -> str:
     if "enum" in schema:
         return ", ".join(f'"{name}"' for name in schema["enum"])
     if "anyOf" in schema:
-        tables = ["or a table of pairs [x, value]"] if schema["anyOf"][-1]["type"] == "array" else []
-        return ", ".join([range_text(schema["anyOf"][0]), *tables])
+        first, *_, last = schema["anyOf"]
+        tables = ["or a table of pairs [x, value]"] if last.get("type") == "array" else []
+        words = [f"{range_text(last)} or "] if "enum" in last else [""]
+        return ", ".join([words[0] + range_text(first), *tables])
     if "$ref" in schema.get("items", {}):
         return "list of tables"
     if schema["type"] == "array":

@@ -29,8 +29,7 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         for name in s.beam.tables():
             if name != "outer_fibre":  # of stresses alone
                 yield f"beam.{name}", f"{uniform} tables"
-        if s.beam.tip_mass > 0.0:
-            yield "beam.tip_mass", f"{uniform} a tip mass"
+    yield from _of_loads(s)
     yield from _of_contact_point(s)
     if s.initial.state != "undeformed":
         yield from _of_rest(s)
@@ -50,6 +49,13 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield from _of_time_stepping(s)
     yield from _of_discretization(s)
     yield from _of_solver(s)
+
+
+def _of_loads(s: ScenarioModel) -> Iterator[tuple[str, str]]:
+    for items in ("masses", "forces"):
+        for number, item in enumerate(getattr(s, items), start=1):
+            if item.place > s.beam.length:
+                yield f"{items}.{number}.place", f"should be on the beam, at most beam.length = {s.beam.length}"
 
 
 def _yielding(s: ScenarioModel) -> list[str]:
@@ -149,8 +155,12 @@ def _named(obstacle: int) -> tuple[str, str]:
 
 def _of_massless_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     without = 'with contact.point_inertia = "none"'
-    if s.beam.tip_mass > 0.0 and s.contact.point == s.beam.length:
-        yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
+    named = "beam.tip_mass" if s.beam.tip_mass > 0.0 else "one of [[masses]]"
+    if s.contact.point in [point.place for point in s.point_masses]:
+        yield "contact.point_inertia", f'should be "kept": {named} is the inertia of this contact point'
+    everywhere = s.contact.where == "anywhere" or s.solver.scheme == "time-stepping"
+    if s.is_nodal and everywhere and s.point_masses:
+        yield "contact.point_inertia", f'should be "kept": {named} is the inertia of a node'
     condenses = s.contact.where == "point" and s.solver.scheme != "time-stepping"
     if s.is_nodal and s.contact.point != s.beam.length and condenses:
         yield "contact.point", f"should be beam.length in the full nodal model {without}"
@@ -209,6 +219,10 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if getattr(s.beam, name) > 0.0:
             without = "has no frame or modes that would move without it"
             yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
+    if s.masses:
+        yield "masses", f"{exact} carries beam.tip_mass alone"
+    if s.forces:
+        yield "forces", f"{exact} takes none"
     for name in _yielding(s):
         yield f"root.{name}", "not with the beam in absolute coordinates"
     if s.root.kind == "hub" and s.root.hub_radius > 0.0:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from oblique_impact.scenario.model import ScenarioModel
-from oblique_impact.scenario.sections import ObstacleSection
+from oblique_impact.scenario.section import InputSection
 
 
 class Rule(NamedTuple):
@@ -19,11 +19,11 @@ class Rule(NamedTuple):
     words: str
 
 
-class ObstacleRule(NamedTuple):
-    """A key of an obstacle, when it acts in a scenario, and what is said where it does not."""
+class ItemRule(NamedTuple):
+    """A key of the items of a list of sections, when it acts in a scenario, and what is said where it does not."""
 
     key: str
-    acts: Callable[[ScenarioModel, ObstacleSection], bool]
+    acts: Callable[[ScenarioModel, Any], bool]
     words: str
 
 
@@ -188,16 +188,24 @@ RULES = (
     Rule("solver", "stick", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'),
 )
 OBSTACLE_RULES = (
-    ObstacleRule("angle", lambda s, o: o.kind == "side", 'only with kind = "side"'),
-    ObstacleRule("extent", lambda s, o: o.kind == "side", 'only with kind = "side"'),
-    ObstacleRule("bedding", lambda s, o: o.kind == "side", 'only with kind = "side"'),
-    ObstacleRule("radius", lambda s, o: o.kind == "point", 'only with kind = "point"'),
-    ObstacleRule("stiffness", lambda s, o: s.contact.normal == "spring", _SPRING),
-    ObstacleRule(
-        "stiffness", lambda s, o: o.bedding == 0.0, "bedding stands in its place; leave one of the two out"
-    ),
-    ObstacleRule("bedding", lambda s, o: s.contact.normal == "spring", _SPRING),
+    ItemRule("angle", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ItemRule("extent", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ItemRule("bedding", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ItemRule("radius", lambda s, o: o.kind == "point", 'only with kind = "point"'),
+    ItemRule("stiffness", lambda s, o: s.contact.normal == "spring", _SPRING),
+    ItemRule("stiffness", lambda s, o: o.bedding == 0.0, "bedding stands in its place; leave one of the two out"),
+    ItemRule("bedding", lambda s, o: s.contact.normal == "spring", _SPRING),
 )
+MASS_RULES = (
+    ItemRule("place", lambda s, m: m.has_inertia, "it is the place of nothing; only with mass or inertia"),
+)
+FORCE_RULES = (
+    ItemRule("place", lambda s, f: f.acts, "it is the place of nothing; only with force or table"),
+    ItemRule("direction", lambda s, f: f.acts, "only with force or table"),
+    ItemRule("frequency", lambda s, f: f.force != 0.0, "only with force"),
+    ItemRule("sweep_rate", lambda s, f: f.force != 0.0, "only with force"),
+)
+ITEM_RULES = {"obstacles": OBSTACLE_RULES, "masses": MASS_RULES, "forces": FORCE_RULES}
 
 
 def without_effect(s: ScenarioModel) -> Iterator[tuple[str, str]]:
@@ -210,9 +218,10 @@ def without_effect(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 def idle(s: ScenarioModel, name: str) -> str:
     """Return why a key "section.key" has no effect in a scenario, and what it would act with; "" if it acts."""
     section, _, key = name.rpartition(".")
-    if section.startswith("obstacles."):
-        item = s.value_of(section)
-        words = (rule.words for rule in OBSTACLE_RULES if rule.key == key and not rule.acts(s, item))
+    items, _, number = section.partition(".")
+    if number.isdigit():
+        item: InputSection = s.value_of(section)
+        words = (rule.words for rule in ITEM_RULES[items] if rule.key == key and not rule.acts(s, item))
     else:
         of = (rule for rule in RULES if rule.section == section and key in rule.keys.split())
         words = (rule.words for rule in of if not rule.acts(s))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
@@ -16,7 +16,9 @@ from oblique_impact.scenario.sections import (
     BeamSection,
     ContactSection,
     DiscretizationSection,
+    ForceSection,
     InitialSection,
+    MassSection,
     ObstacleSection,
     Positive,
     RootSection,
@@ -27,14 +29,24 @@ from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, shape_property
 from oblique_impact.scenario.units import Unit
 
 MAX_OBSTACLES = 100
+MAX_MASSES = 100
+MAX_FORCES = 100
 #: distance (over the beam's length) at which a node of a given mesh is at a point
 ON_NODE = 1e-9
+
+
+class PointMass(NamedTuple):
+    """A point mass on the axis of the beam."""
+
+    place: float  # m along the beam
+    mass: float  # kg
+    inertia: float = 0.0  # kg m^2, about its own centre
 
 
 class ScenarioModel(InputSection):
     """Sections and keys of a scenario, see :class:`oblique_impact.scenario.scenario.Scenario`."""
 
-    first_item = 1  # obstacles count from 1, as in events
+    first_item = 1  # obstacles count from 1, as in events, and so do masses and forces
 
     title: Annotated[str, Field(max_length=200), AfterValidator(plain_text)] = key(
         "", "title of the run in pictures, films and pages"
@@ -46,6 +58,12 @@ class ScenarioModel(InputSection):
     beam: BeamSection = BeamSection()
     root: RootSection = RootSection()
     initial: InitialSection = InitialSection()
+    masses: Annotated[tuple[MassSection, ...], Field(strict=False, max_length=MAX_MASSES)] = key(
+        (), "point masses on the beam, each a table [[masses]] further below; [] is none"
+    )
+    forces: Annotated[tuple[ForceSection, ...], Field(strict=False, max_length=MAX_FORCES)] = key(
+        (), "forces on the beam, each a table [[forces]] further below; [] is none"
+    )
     base: BaseSection = BaseSection()
     slope: SlopeSection = SlopeSection()
     discretization: DiscretizationSection = DiscretizationSection()
@@ -81,11 +99,17 @@ class ScenarioModel(InputSection):
         contact = info.data.get("contact", ContactSection())
         return tuple(item.with_defaults(stiffness=contact.stiffness) for item in items)
 
-    @field_validator("obstacles", mode="before")
+    @field_validator("masses", "forces")
     @classmethod
-    def _list_of_obstacles(cls, items: Any) -> Any:
+    def _at_the_tip(cls, items: tuple[InputSection, ...], info: ValidationInfo) -> tuple[InputSection, ...]:
+        beam = info.data.get("beam", BeamSection())
+        return tuple(item.with_defaults(place=beam.length) for item in items)
+
+    @field_validator("obstacles", "masses", "forces", mode="before")
+    @classmethod
+    def _list_of_sections(cls, items: Any, info: ValidationInfo) -> Any:
         if not isinstance(items, list | tuple):
-            raise ValueError("a list of obstacles; in a file each is a table [[obstacles]]")
+            raise ValueError(f"a list of {info.field_name}; in a file each is a table [[{info.field_name}]]")
         return items
 
     @field_validator("discretization")
@@ -116,6 +140,8 @@ class ScenarioModel(InputSection):
             return _contact_defaults(self.contact.where, self.beam, self.discretization)[inner]
         if section.startswith("obstacles.") and inner == "stiffness":
             return self.contact.stiffness
+        if section.startswith(("masses.", "forces.")) and inner == "place":
+            return self.beam.length
         if name == "discretization.elements" and self.discretization.nodes:
             return len(self.discretization.nodes) - 1
         return type(self.value_of(section) if section else self).model_fields[inner].default
@@ -131,6 +157,23 @@ class ScenarioModel(InputSection):
     def is_absolute(self) -> bool:
         """Whether the beam is the geometrically exact one in absolute coordinates."""
         return self.discretization.method == "absolute"
+
+    @property
+    def point_masses(self) -> tuple[PointMass, ...]:
+        """Point masses by place, ascending; `beam.tip_mass` is one at the tip."""
+        found = [PointMass(item.place, item.mass, item.inertia) for item in self.masses if item.has_inertia]
+        tip = [PointMass(self.beam.length, self.beam.tip_mass)] if self.beam.tip_mass > 0.0 else []
+        return tuple(sorted([*found, *tip]))
+
+    @property
+    def acting_forces(self) -> tuple[ForceSection, ...]:
+        """The forces that are not 0 at all times."""
+        return tuple(item for item in self.forces if item.acts)
+
+    @property
+    def inner_forces(self) -> list[float]:
+        """Places (m) of forces inside the span, ascending."""
+        return sorted({item.place for item in self.acting_forces if item.place < self.beam.length})
 
     @property
     def largest_gravity(self) -> float:

@@ -31,7 +31,9 @@ MAX_FILE = 1_000_000
 DERIVED = "derived"
 #: whether a resolved file is read, which holds keys without effect too (an argument would not reach validators)
 _HOLDS_EVERY_KEY = ContextVar("_HOLDS_EVERY_KEY", default=False)
-#: keys whose values may be derived from others; obstacles have their stiffness besides
+#: key of the items of a list of sections whose value may be derived from others
+ITEM_FOLLOWERS = {"obstacles": "stiffness", "masses": "place", "forces": "place"}
+#: keys whose values may be derived from others
 FOLLOWERS = (
     "contact.point",
     "contact.grid",
@@ -48,7 +50,9 @@ def _with_derived(schema: dict[str, Any]) -> None:
     schema["properties"][DERIVED] = {
         "type": "object",
         "properties": names,
-        "patternProperties": {r"^obstacles\.[1-9][0-9]*\.stiffness$": names["contact.point"]},
+        "patternProperties": {
+            rf"^{items}\.[1-9][0-9]*\.{key}$": names["contact.point"] for items, key in ITEM_FOLLOWERS.items()
+        },
         "additionalProperties": False,
     }
 
@@ -191,7 +195,8 @@ class Scenario(ScenarioModel):
     def _derived_keys(self) -> list[str]:
         """Return the keys of this scenario whose values are derived from others."""
         keys = ["discretization.frame", "contact.point", "contact.grid", "solver.scheme"]
-        keys += [f"obstacles.{number}.stiffness" for number in range(1, len(self.obstacles) + 1)]
+        for items, key in ITEM_FOLLOWERS.items():
+            keys += [f"{items}.{number}.{key}" for number in range(1, len(getattr(self, items)) + 1)]
         if self.beam.section.shape:
             keys += [f"beam.{name}" for name in SHAPE_PROPERTIES]
         if self.beam.material:
@@ -216,7 +221,7 @@ def _drop_derived(data: dict[str, Any]) -> None:
     A value that is not the listed one was changed by hand since, and stays.  Raises InputError.
     """
     listed = data.pop(DERIVED, {})
-    known = [*FOLLOWERS, "obstacles.N.stiffness"]
+    known = [*FOLLOWERS, *(f"{items}.N.{key}" for items, key in ITEM_FOLLOWERS.items())]
     if not isinstance(listed, dict) or not {re.sub(r"\.[1-9]\d*\.", ".N.", name) for name in listed} <= set(known):
         raise refused(DERIVED, listed, f"should be a table of {', '.join(known)}")
     flat = flat_keys(data)

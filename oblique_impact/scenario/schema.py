@@ -13,6 +13,9 @@ from oblique_impact.scenario.comments import first_clause, item_models, schemas_
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.units import Unit
 
+#: what an item of a list of sections is called
+_ITEMS = {"obstacles": "obstacle", "masses": "mass", "forces": "force"}
+
 
 def scenario_schema(out: str | os.PathLike[str] | None = None) -> dict[str, Any]:
     """Return the JSON Schema of scenario files, for editors that complete and check them.
@@ -60,7 +63,7 @@ def key_schemas() -> dict[str, dict[str, Any]]:
 
 
 def schema_of(name: str) -> dict[str, Any] | None:
-    """Return the schema of a key, of an obstacle ("obstacles.1.radius") too; None if there is no such key."""
+    """Return the schema of a key, of an item ("obstacles.1.radius") too; None if there is no such key."""
     section, number, key = [*name.split("."), "", ""][:3]
     if section in item_models(Scenario) and number.isdecimal() and int(number) > 0:
         return schemas_of(item_models(Scenario)[section]).get(key)
@@ -79,7 +82,7 @@ def label_of(name: str) -> str:
     ('static coefficient of friction', 'contact friction', 'radius of the peg, obstacle 1')
     """
     schema, parts = schema_of(name) or {}, name.split(".")
-    of = f", obstacle {parts[1]}" if parts[0] == "obstacles" and len(parts) > 1 else ""
+    of = f", {_ITEMS[parts[0]]} {parts[1]}" if parts[0] in _ITEMS and len(parts) > 1 else ""
     if "unit" in schema:
         return first_clause(schema["description"]) + of
     return " ".join(parts[2:] if of else parts).replace("_", " ") + of

@@ -10,7 +10,15 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.obstacles import Side
@@ -187,10 +195,108 @@ class InitialSection(InputSection):
             yield "deflection", f"one of deflection and force should not be 0 {plucked}"
 
 
+class MassSection(InputSection):
+    """A point mass on the axis of the beam, which turns with the section that carries it; any number of them."""
+
+    followers = frozenset({"place"})
+
+    place: Annotated[Positive, Unit("m")] = key(1.0, "place along the beam; not given: the beam's length")
+    mass: Annotated[NonNegative, Unit("kg")] = key(0.0, "mass, without extent")
+    inertia: Annotated[NonNegative, Unit("kg m^2")] = key(
+        0.0, "moment of inertia about its own centre, across the plane of motion"
+    )
+
+    @property
+    def has_inertia(self) -> bool:
+        """Whether it changes anything."""
+        return self.mass > 0.0 or self.inertia > 0.0
+
+
 def _ascends_in_time(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
     if len(rows) == 1 or any(b[0] <= a[0] for a, b in pairwise(rows)):
-        raise ValueError("two or more rows [time, acceleration] with strictly ascending times, or [] for none")
+        raise ValueError("two or more rows [time, value] with strictly ascending times, or [] for none")
     return rows
+
+
+#: rows of time and of what changes with it
+OverTime = Annotated[tuple[Pair, ...], Field(strict=False, max_length=MAX_ROWS), AfterValidator(_ascends_in_time)]
+
+
+def _extremes(amplitude: float, table: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+    """Return the least and the largest value over time, harmonic or of a table."""
+    values = [value for _, value in table] or [-abs(amplitude), abs(amplitude)]
+    return min(values), max(values)
+
+
+_ACROSS, _WHOLE_TURN = "across", 2.0 * math.pi
+
+
+def _across_or_angle(value: Any) -> str | float:
+    if value == _ACROSS:
+        return _ACROSS
+    number = value if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    if not -_WHOLE_TURN <= number <= _WHOLE_TURN:
+        degrees = f'; for degrees write "{value} deg"' if math.isfinite(number) else ""
+        raise ValueError(f'"{_ACROSS}", or an angle of -{_WHOLE_TURN:.6g} to {_WHOLE_TURN:.6g} rad{degrees}')
+    return float(number)
+
+
+#: across the bent beam, or an angle fixed in space
+Direction = Annotated[
+    str | float,
+    PlainValidator(_across_or_angle),
+    PlainSerializer(lambda value: value, return_type=Any),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "minimum": -_WHOLE_TURN, "maximum": _WHOLE_TURN}, {"enum": [_ACROSS]}]}
+    ),
+    Unit("rad", words=(_ACROSS,)),
+]
+
+
+class ForceSection(InputSection):
+    """A force on the axis of the beam: constant, harmonic, a sweep, or a table over time; any number of them."""
+
+    followers = frozenset({"place"})
+
+    place: Annotated[Positive, Unit("m")] = key(1.0, "place along the beam; not given: the beam's length")
+    force: Annotated[Finite, Unit("N")] = key(
+        0.0,
+        "the force, constant, or with `frequency` or `sweep_rate` its amplitude: force sin(2 pi (frequency t + "
+        "sweep_rate t^2/2))",
+    )
+    frequency: Annotated[NonNegative, Unit("Hz")] = key(0.0, "frequency of the force, of a sweep at t = 0")
+    sweep_rate: Annotated[Finite, Unit("Hz/s")] = key(0.0, "rate at which the frequency changes")
+    direction: Direction = key(
+        _ACROSS,
+        "direction of the force: across the axis of the bent beam at its place, to the left seen from the root, "
+        "with which it turns, or an angle from the horizontal, fixed in space",
+    )
+    table: Annotated[OverTime, Unit("N", over="s")] = key(
+        (),
+        "force over time in place of a constant or harmonic one, rows [time in s, force], linear between them and "
+        "constant before the first and after the last",
+    )
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys that a table replaces."""
+        for name in ("force", "frequency", "sweep_rate") if self.table else ():
+            if getattr(self, name) != 0.0:
+                yield name, "a table is given too; give one of the two"
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is a force at any time."""
+        return self.largest > 0.0
+
+    @property
+    def largest(self) -> float:
+        """The largest magnitude (N) over time."""
+        return max(map(abs, _extremes(self.force, self.table)))
+
+    @property
+    def is_across(self) -> bool:
+        """Whether it turns with the beam."""
+        return self.direction == _ACROSS
 
 
 class BaseSection(InputSection):
@@ -204,12 +310,7 @@ class BaseSection(InputSection):
     frequency: Annotated[NonNegative, Unit("Hz")] = key(0.0, "frequency of the acceleration, of a sweep at t = 0")
     sweep_rate: Annotated[Finite, Unit("Hz/s")] = key(0.0, "rate at which the frequency changes")
     direction: Angle = key(math.pi / 2, "direction of the acceleration from the horizontal; pi/2 is upwards")
-    table: Annotated[
-        tuple[Pair, ...],
-        Unit("m/s^2", over="s"),
-        Field(strict=False, max_length=MAX_ROWS),
-        AfterValidator(_ascends_in_time),
-    ] = key(
+    table: Annotated[OverTime, Unit("m/s^2", over="s")] = key(
         (),
         "acceleration over time in place of the harmonic one, rows [time in s, acceleration], linear "
         "between them and constant before the first and after the last",
@@ -231,10 +332,7 @@ class BaseSection(InputSection):
     @property
     def extremes(self) -> tuple[float, float]:
         """Least and largest acceleration (m/s^2) in the direction."""
-        if self.table:
-            values = [value for _, value in self.table]
-            return min(values), max(values)
-        return -abs(self.acceleration), abs(self.acceleration)
+        return _extremes(self.acceleration, self.table)
 
 
 class SlopeSection(InputSection):

@@ -67,7 +67,7 @@ def apply_change(data: dict[str, Any], item: str) -> str:
     """Apply "section.key=value", whose value is TOML or a bare word taken as a string; returns the key."""
     path, separator, text = item.partition("=")
     keys = [part.strip() for part in path.split(".")]
-    most = 3 if keys[:2] == ["beam", "section"] or keys[0] == "obstacles" else 2
+    most = 3 if keys[:2] == ["beam", "section"] or "".join(keys[1:2]).isdigit() else 2
     if not separator or not all(keys) or len(keys) > most:
         raise InputError(f"--set {item}: expected section.key=value")
     try:

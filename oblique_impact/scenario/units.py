@@ -102,6 +102,7 @@ class Unit:
 
     symbol: str  # as it is typed, such as "kg/m^3"
     over: str = "m"  # in tables, the unit of the first number of a row
+    words: tuple[str, ...] = ()  # texts that are no numbers
 
     @property
     def shown(self) -> str:
@@ -130,7 +131,7 @@ class Unit:
     def convert(self, value: Any) -> Any:
         """Return a value in which texts are numbers: itself, or those of a list or a table [[x, value]]."""
         if isinstance(value, str):
-            return self.to_si(value)
+            return value if value in self.words else self.to_si(value)
         if not isinstance(value, list | tuple):
             return value
         rows = []

@@ -34,6 +34,10 @@ DOUBTS = {
         ["solver.scheme=fixed-step", "solver.free_step=0.002", "base.acceleration=1", "base.sweep_rate=50"],
         [("solver.free_step: 0.002 s", "1/18 of a period of the base of 0.02 s")],
     ),
+    "steps under a force": (
+        ["solver.scheme=fixed-step", "solver.free_step=0.002", "forces=[{force=1},{force=1,frequency=50}]"],
+        [("solver.free_step: 0.002 s", "1/18 of a period of force 2 of 0.02 s")],
+    ),
 }
 
 

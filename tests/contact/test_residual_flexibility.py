@@ -30,9 +30,10 @@ def sections(*overrides):
         (),
         ("contact.point=0.6",),
         ("beam.tip_mass=0.3",),
+        ("masses=[{place=0.4,mass=0.3,inertia=0.01},{mass=0.1,inertia=0.02}]",),
         ("beam.area=[[0, 4e-4], [0.4, 4e-4], [1, 1e-4]]", "beam.second_moment=[[0, 9e-9], [1, 3e-9]]"),
     ],
-    ids=["uniform", "inside", "tip mass", "tapered"],
+    ids=["uniform", "inside", "tip mass", "masses", "tapered"],
 )
 def test_compliance_is_that_of_all_modes_of_a_mesh(frame, changes):
     """Point loads on Hermite elements have exact nodal deflections; where sections vary, to the mesh's order."""

@@ -93,15 +93,38 @@ class _Beam:
         self.touch = int(np.argmin(np.abs(self.x - s.contact.point)))
         self.nodes = np.array(s.discretization.nodes)
         kinks = [row[0] for table in (s.beam.area, s.beam.section.height) if table for row in np.atleast_2d(table)]
+        # point masses, the last one that of the tip, which may be 0
+        inner = [(m.place, m.mass, m.inertia) for m in s.masses]
+        self.places_of_masses, masses, self.inertias = np.transpose(
+            [*inner, (s.beam.length, s.beam.tip_mass, 0.0)]
+        )
+        kinks += [*self.places_of_masses, *(f.place for f in s.forces)]
         edges = np.union1d(np.union1d(self.x, self.nodes), [x for x in kinks if x < s.beam.length])
         self.edges = edges[np.append(True, np.diff(edges) > 1e-12)]
         self.halves = 0.5 * np.diff(self.edges)
         self.points = (self.edges[:-1, None] + self.halves[:, None] * (1.0 + POINTS)).ravel()
         self.weights = np.outer(self.halves, WEIGHTS).ravel()
         self.at_stations = np.searchsorted(self.edges, self.x - 1e-12)
-        self.mass = np.append(s.beam.density * self.area(self.points) * self.weights, s.beam.tip_mass)
+        self.mass = np.append(s.beam.density * self.area(self.points) * self.weights, masses)
+        self.at_masses = np.searchsorted(self.edges, self.places_of_masses - 1e-12)
         self.hub_inertia = s.root.inertia
         self.normal, self.tangent = 1j * np.exp(1j * s.slope.angle), np.exp(1j * s.slope.angle)
+
+    def outside(self, x):
+        """Whether points of mass, those of the quadrature and point masses, are outside of x or at it."""
+        return np.append(self.points > x, self.places_of_masses >= x - 1e-12)
+
+    @cached_property
+    def forces(self):
+        """Places (m) of forces, where they are and how fast, and they themselves, (samples,) each."""
+        return [(f.place, *self.moved(f.place), self._force(f)) for f in self.scenario.forces]
+
+    def _force(self, f):
+        phase = 2.0 * np.pi * (f.frequency + 0.5 * f.sweep_rate * self.time) * self.time
+        value = np.interp(self.time, *np.transpose(f.table)) if f.table else f.force * np.sin(phase)
+        if not f.table and f.frequency == f.sweep_rate == 0.0:
+            value = np.full(self.time.size, f.force)
+        return value * (self.across(f.place) if f.direction == "across" else np.exp(1j * f.direction))
 
     def _profile(self, value, x):
         return np.interp(x, *np.transpose(value)) if isinstance(value, tuple) else np.full(np.shape(x), value)
@@ -186,7 +209,8 @@ class FloatingBeam(_Beam):
         self.B, self.Bd = self.q[:, 1:], self.qd[:, 1:]
         values, slopes, self.curvatures = (self.shapes(self.points, k) for k in range(3))
         at_stations, self.station_slopes = (self.shapes(self.x, k) for k in range(2))
-        self.values = np.concatenate([values, at_stations[-1:]])  # with the tip mass
+        at = self.places_of_masses
+        self.values, self.mass_slopes = np.concatenate([values, self.shapes(at, 0)]), self.shapes(at, 1)
         self.slopes, self.root_slope = slopes, self.shapes(np.zeros(1), 1)[0]
         B, Bd = self.B, self.Bd
         slope, rate = B @ slopes.T, Bd @ slopes.T
@@ -195,25 +219,41 @@ class FloatingBeam(_Beam):
         self.ux, self.ux_dot = edge_ux[:, self.at_stations], edge_rate[:, self.at_stations]
         self.uy, self.uy_dot = B @ at_stations.T, Bd @ at_stations.T
         self.z, self.v = self._turned(self.radius + self.x + self.ux, self.uy, self.ux_dot, self.uy_dot)
-        tip_ux, tip_rate = edge_ux[:, -1:], edge_rate[:, -1:]
-        self.arms = self.radius + np.append(self.points, s.beam.length)
-        self.short = np.concatenate([point_ux, tip_ux], axis=1)
+        self.edge_ux, self.edge_rate = edge_ux, edge_rate
+        mass_ux, mass_rate = edge_ux[:, self.at_masses], edge_rate[:, self.at_masses]
+        self.arms = self.radius + np.append(self.points, at)
+        self.short = np.concatenate([point_ux, mass_ux], axis=1)
         self.z_points, self.v_points = self._turned(
             self.arms + self.short,
             B @ self.values.T,
-            np.concatenate([point_rate, tip_rate], axis=1),
+            np.concatenate([point_rate, mass_rate], axis=1),
             Bd @ self.values.T,
         )
         bend = B @ self.station_slopes.T
         self.axis_tangent = 1.0 - 0.5 * self.kept * bend**2 + 1j * bend
         # damping by mass and by mode is a load from outside that does not turn beam and hub
         X, slowed = self.mass * (self.arms + self.short), self.slowed @ self.values.T
-        hub = self.slowed @ self.root_slope
-        turn = -((X * slowed).sum(axis=1) + self.hub_inertia * hub) / (X @ self.arms + self.hub_inertia)
+        hub, sections = self.slowed @ self.root_slope, self.slowed @ self.mass_slopes.T
+        turn = (X * slowed).sum(axis=1) + self.hub_inertia * hub + sections @ self.inertias
+        turn = -turn / (X @ self.arms + self.hub_inertia + self.inertias.sum())
         turn = turn if s.root.kind != "driven" else 0.0 * turn
         self.drag = -1j * self.mass * (slowed + np.outer(turn, self.arms)) * np.exp(1j * self.theta)[:, None]
         self.hub_drag = -self.hub_inertia * (hub + turn)
-        self.turning = np.zeros_like(self.v_points.real)  # sections have no rotary inertia
+        # sections have no rotary inertia, point masses may have
+        self.turning, self.turning_drag = np.zeros((2, *self.v_points.shape))
+        self.turning[:, -at.size :] = self.inertias * (self.spin[:, None] + Bd @ self.mass_slopes.T)
+        self.turning_drag[:, -at.size :] = -self.inertias * (sections + turn[:, None])
+
+    def moved(self, place):
+        """Where a place of the axis is and how fast, (samples,) each."""
+        k, shape = np.searchsorted(self.edges, place - 1e-12), self.shapes(np.array([place]), 0)
+        x, rate = self.radius + place + self.edge_ux[:, [k]], self.edge_rate[:, [k]]
+        return [z[:, 0] for z in self._turned(x, self.B @ shape.T, rate, self.Bd @ shape.T)]
+
+    def across(self, place):
+        """Direction across the axis at a place, (samples,)."""
+        slope = self.B @ self.shapes(np.array([place]), 1)[0]
+        return np.exp(1j * self.theta) * 1j * (1.0 - 0.5 * self.kept * slope**2 + 1j * slope)
 
     def _turned(self, x, y, xd, yd):
         turn, spin = np.exp(1j * self.theta)[:, None], self.spin[:, None]
@@ -224,8 +264,15 @@ class FloatingBeam(_Beam):
         """Shape functions or their derivatives at places x, (x, n)."""
         d, length = self.scenario.discretization, self.scenario.beam.length
         if d.method == "modal":
-            modes = [textbook(d.frame, k, length)[derivative] for k in range(d.modes)]
-            return np.stack([mode(x) for mode in modes], axis=1)
+            modes = [textbook(d.frame, k, length) for k in range(d.modes)]
+            found = np.stack([mode[derivative](x) for mode in modes], axis=1)
+            if d.frame == "mean-axis" and self.scenario.masses:  # each without angular momentum
+                arms = np.append(self.points, self.places_of_masses)
+                value, slope = (np.stack([mode[k](arms) for mode in modes], axis=1) for k in range(2))
+                turns = (self.mass * arms) @ value + self.inertias @ slope[-self.inertias.size :]
+                turns /= self.mass @ arms**2 + self.inertias.sum()
+                found -= np.outer((x, np.ones_like(x), np.zeros_like(x))[derivative], turns)
+            return found
         return hermite(self.nodes, x, derivative) @ self._modes
 
     @cached_property
@@ -235,13 +282,17 @@ class FloatingBeam(_Beam):
         In the mean-axis frame the root turns in them, and its hub with it.
         """
         s, d = self.scenario, self.scenario.discretization
-        free = np.arange(2 if d.frame == "tangent" else 1, 2 * self.nodes.size)
+        # of all nodes the slope of the root is one, in the tangent frame always 0
+        free = np.arange(2 if d.frame == "tangent" and d.modes else 1, 2 * self.nodes.size)
         if d.modes == 0:
             return np.eye(2 * self.nodes.size)[:, free]
         values, curvatures = (hermite(self.nodes, self.points, k)[:, free] for k in (0, 2))
         stiffness = s.beam.youngs_modulus * self.second_moment(self.points) * self.weights
-        M = values.T @ (self.mass[:-1, None] * values)
-        M[-2, -2] += s.beam.tip_mass
+        M = values.T @ (self.mass[: self.points.size, None] * values)
+        masses = self.mass[self.points.size :]
+        for k, weights in ((0, masses), (1, self.inertias)):
+            rows = hermite(self.nodes, self.places_of_masses, k)[:, free]
+            M += rows.T @ (weights[:, None] * rows)
         if d.frame == "mean-axis":
             M[0, 0] += self.hub_inertia
         _, modes = eigh(curvatures.T @ (stiffness[:, None] * curvatures), M)
@@ -258,6 +309,7 @@ class FloatingBeam(_Beam):
     @cached_property
     def kinetic(self):
         hub = 0.5 * self.hub_inertia * (self.spin + self.Bd @ self.root_slope) ** 2
+        hub = hub + 0.5 * (self.spin[:, None] + self.Bd @ self.mass_slopes.T) ** 2 @ self.inertias
         if self.scenario.discretization.kinetics == "full":
             return hub + 0.5 * np.abs(self.v_points) ** 2 @ self.mass
         # to second order in the deflection: (r + x)^2 + u_y^2 + 2 (r + x) u_x, and rates of u_y alone
@@ -276,9 +328,11 @@ class FloatingBeam(_Beam):
         """Mass in motions of the deflections alone, in which a root that is free turns as the swing leaves it."""
         mass = self.values.T @ (self.mass[:, None] * self.values)
         mass += self.hub_inertia * np.outer(self.root_slope, self.root_slope)
+        mass += self.mass_slopes.T @ (self.inertias[:, None] * self.mass_slopes)
         swing = self.turned(np.eye(len(mass)))
         if self.scenario.root.kind != "driven":
-            mass -= np.outer(swing, swing) / (self.arms**2 @ self.mass + self.hub_inertia)
+            whole = self.arms**2 @ self.mass + self.hub_inertia + self.inertias.sum()
+            mass -= np.outer(swing, swing) / whole
         return mass
 
     @cached_property
@@ -306,14 +360,15 @@ class FloatingBeam(_Beam):
         return self.spin + self.Bd @ self.root_slope
 
     def turned(self, B):
-        """Sum of m (r + x) u_y + J_h phi(0), in the frame, of deflections or of their rates B (samples, n)."""
-        return B @ self.values.T @ (self.mass * self.arms) + self.hub_inertia * (B @ self.root_slope)
+        """Sum of m (r + x) u_y + J phi, in the frame, of deflections or of their rates B (samples, n)."""
+        turned = self.hub_inertia * (B @ self.root_slope) + B @ self.mass_slopes.T @ self.inertias
+        return B @ self.values.T @ (self.mass * self.arms) + turned
 
     def gradients(self, k):
         """Derivatives by q, in the frame, of places of mass (points, n + 1) and of the contact point (n + 1,)."""
         B = self.B[k]
         edges, points = self.integrals(((self.slopes @ B)[:, None] * self.slopes).T)
-        HB = self.kept * np.concatenate([points, edges[:, -1:]], axis=1).T
+        HB = self.kept * np.concatenate([points, edges[:, self.at_masses]], axis=1).T
         at = self.kept * edges[:, self.at_stations[self.touch]] * self.scenario.contact.shortening
         own = np.exp(-1j * self.theta[k])
         places = np.column_stack([1j * own * self.z_points[k], 1j * self.values - HB])
@@ -344,8 +399,8 @@ class FloatingBeam(_Beam):
             M[0, 0] = (self.arms**2 + y**2 + 2.0 * self.arms * self.short[k]) @ self.mass
             M[0, 1:] = M[1:, 0] = self.values.T @ (self.mass * self.arms)
             M[1:, 1:] = self.values.T @ (self.mass[:, None] * self.values)
-        hub = np.append(1.0, self.root_slope)
-        return M + self.hub_inertia * np.outer(hub, hub)
+        turning = np.insert(np.vstack([self.root_slope, self.mass_slopes]), 0, 1.0, axis=1)
+        return M + turning.T @ (np.append(self.hub_inertia, self.inertias)[:, None] * turning)
 
 
 class ExactBeam(_Beam):
@@ -376,7 +431,7 @@ class ExactBeam(_Beam):
         self.axis_tangent = turn * (self.places @ slopes.T)
         rotary = s.beam.density * self.second_moment(self.points) * self.weights
         self.turning = (self.qd[:, 2::3] @ points.T) * np.append(rotary, 0.0)
-        self.drag = np.zeros_like(self.z_points)
+        self.drag, self.turning_drag = np.zeros_like(self.z_points), np.zeros_like(self.turning)
         self.hub_spin = self.qd[:, 2]
 
     @cached_property

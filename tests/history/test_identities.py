@@ -1,7 +1,8 @@
 """Histories of a dozen scenarios held to identities that are computed apart from the program.
 
 Each scenario strikes its slope at once.  Together they have every root, frame, order of kinetics, scheme, stop and
-friction law, hubs with a radius, tip masses, tapered sections, damping, and contacts inside of the span.
+friction law, hubs with a radius, point masses and forces, tapered sections, damping, and contacts inside of the
+span.
 """
 
 from __future__ import annotations
@@ -56,6 +57,14 @@ def fem(modes=3):
     return f"discretization.method=fem {nodes} discretization.modes={modes}"
 
 
+#: between nodes of a mesh
+MASSES = "masses=[{place=0.41,mass=0.2,inertia=0.004},{place=0.93,mass=0.05,inertia=0.001}] beam.tip_mass=0.03"
+#: across and fixed in space; each kind over time
+FORCES = (
+    "forces=[{place=0.62,force=150,frequency=90,sweep_rate=2000},{force=40,direction=0.4},"
+    "{place=0.35,table=[[0,-60],[0.02,90]]}]"
+)
+LOADED = f"{MASSES} {FORCES}"
 SHAPED = "beam.section={shape='rectangle',width=0.02,height=[[0,0.022],[1.1,0.012]]}"
 CASES = {
     "hub": f"{hub(0.5)} {modal()}",
@@ -80,6 +89,13 @@ CASES = {
     f"{steps(length=2e-6)} end_time=0.004",
     "exact, driven": f"{driven(0.12)} {TAPER} {SPRING} {INSIDE} {EXACT} {steps()} end_time=0.004",
     "exact, mean axis": f"{SPRING} contact.friction=frictionless {MEAN_AXIS} {EXACT} {steps()} end_time=0.004",
+    "loaded hub, full": f"{hub(0.2, 0.02)} {LOADED} {ALONE} {FULL} {modal(4)} beam.mass_proportional=50 "
+    "beam.modal_damping_ratio=0.02",
+    "loaded, mean axis": f"{LOADED} beam.mass_proportional=3 {MEAN_AXIS} {FULL} {modal(4)}",
+    "loaded, zeroth order": f"{LOADED} discretization.kinetics=zeroth-order {modal(2)}",
+    "loaded, driven": f"{driven(0.15)} {TAPER} {LOADED} beam.kelvin_voigt=2e-5 {FULL} {fem()}",
+    "loaded, all nodes": f"{LOADED} {SPRING} {fem(0)} {steps()} end_time=0.006",
+    "loaded, all nodes on a hub": f"{hub(0.1)} {LOADED} {SPRING} {fem(0)} {steps()} end_time=0.006",
     "shaken, spring": f"{SHAKEN} {ALONE} {MEAN_AXIS} {modal()}",
     "shaken, all nodes": f"{SHAKEN} {SPRING} {fem(0)} {steps()} end_time=0.006",
     "shaken, exact": f"{SHAKEN} {TAPER} {SPRING} {INSIDE} {EXACT} {steps()} end_time=0.004",
@@ -323,22 +339,29 @@ def test_the_ledger_is_that_of_the_integrals(beam):
     supplied = energy["supplied"]
     if s.root.kind != "driven":
         of_base = along(beam, beam.felt + 1j * s.gravity, beam.v_points) @ beam.mass
-        assert supplied == pytest.approx(integral(beam, s.root.torque * beam.hub_spin + of_base), abs=part)
+        given = s.root.torque * beam.hub_spin + of_base + of_forces(beam)
+        assert supplied == pytest.approx(integral(beam, given), abs=part)
     elif s.discretization.kinetics == "full" or isinstance(beam, ExactBeam):
         # at constant speed: that times what the driver adds to the angular momentum
         z, v, g = beam.z_points, beam.v_points, beam.felt
         momentum = cross(z, v) @ beam.mass + beam.turning.sum(axis=1)
         load = cross(z, g) @ beam.mass + cross(beam.contact_place, beam.contact_force)
+        load = load + sum(cross(at, force) for _, at, _, force in beam.forces)
         driver = momentum[-1] - momentum[0] - integral(beam, load)
         for event in h.events:
             if event.kind.impulsive:
                 push = event.normal_impulse * beam.normal + event.tangential_impulse * beam.tangent
                 driver -= cross(beam.contact_place[sides(beam, event)[0]], push)
-        assert supplied == pytest.approx(s.root.spin_rate * driver, abs=part)
+        assert supplied == pytest.approx(s.root.spin_rate * driver + integral(beam, of_forces(beam)), abs=part)
     lost = sum(energy[f"lost_{name}"] for name in ("impact", "friction", "damping", "scheme"))
     final = beam.total[-1] + stored
     assert energy["final"] == pytest.approx(final, abs=part)
     assert beam.total[0] + supplied - lost - final == pytest.approx(0.0, abs=part)
+
+
+def of_forces(beam):
+    """Power (W) of the forces on the beam, (samples,)."""
+    return sum((along(beam, force, v) for _, _, v, force in beam.forces), np.zeros(beam.time.size))
 
 
 def section_forces(beam):
@@ -358,10 +381,13 @@ def test_section_forces_carry_the_outer_part(beam):
     turning = cross(z, p) + beam.turning
     part = 2e-2 if isinstance(beam, ExactBeam) else rough(beam)
     for k in (0, x.size // 3, beam.touch, x.size - 1):
-        outer = np.append(beam.points > x[k], True)
+        outer = beam.outside(x[k])
         touched = beam.contact_force * (k <= beam.touch)
         given = load[:, outer].sum(axis=1) + touched - force[:, k]
-        arm = cross(z, load)[:, outer].sum(axis=1) + cross(beam.contact_place, touched)
+        arm = (cross(z, load) + beam.turning_drag)[:, outer].sum(axis=1) + cross(beam.contact_place, touched)
+        for place, at, _, pull in beam.forces:
+            given = given + pull * (place >= x[k] - 1e-12)
+            arm = arm + cross(at, pull) * (place >= x[k] - 1e-12)
         arm = arm - moment[:, k] - cross(beam.z[:, k], force[:, k])
         for piece in beam.pieces:
             if piece.size < 20:
@@ -404,8 +430,9 @@ def test_the_root_turns_the_hub_and_a_pin_carries_no_moment(name):
 
 def test_the_clearance_is_the_smallest_distance_of_the_axis(beam):
     h = beam.history
-    at = np.concatenate([[0.0], beam.points, [beam.scenario.beam.length]])
-    z = np.column_stack([beam.z[:, 0], beam.z_points])
+    at = np.concatenate([[0.0], beam.points, beam.places_of_masses])
+    order = np.argsort(at, kind="stable")
+    at, z = at[order], np.column_stack([beam.z[:, 0], beam.z_points])[:, order]
     height = along(beam, beam.normal, z - complex(*beam.scenario.slope.origin))
     every = slice(None, None, 7)
     found, place, height = h["clearance"].values[every], h["clearance_at"].values[every], height[every]

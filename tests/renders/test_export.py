@@ -36,7 +36,9 @@ UNITS = {
     "m/s": ["velocity", "gap_rate", "slip_rate"],
     "rad": ["section_rotation"],
     "N m": ["moment"],
-    "N": ["shear", "axial_force", "contact_force", "normal_force", "friction_force"],
+    "N": ["shear", "axial_force", "contact_force", "normal_force", "friction_force", "applied_force"],
+    "kg": ["mass"],
+    "kg m^2": ["inertia"],
     "Pa": ["bending_stress", "axial_stress"],
     "s": ["time"],
 }
@@ -266,6 +268,27 @@ def test_a_factor_magnifies_shapes_and_no_result_and_without_contact_parts_are_l
     assert set(true) == PARTS - {"contact_point", "slope"}
     for name, values in true["surface"].items():
         assert np.array_equal(drawn["surface"][name], values) == (name not in ("points", "position"))
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_masses_and_forces_are_parts_of_their_own(run, tmp_path, format):
+    """On the axis; a force across the beam along its normal, one fixed in space where it points."""
+    masses = "masses=[{place=0.5,mass=0.3,inertia=0.002},{mass=0.1}]"
+    forces = "forces=[{place=0.75,force=5},{place=0.25,direction=0.4,table=[[0,1],[0.1,3]]}]"
+    history = run("paper", "contact.enabled=false", "end_time=0.1", masses, forces)
+    frames = read(export(history, tmp_path / f"run.{format}", format=format, every=500).file)
+    for frame in frames:
+        at = history.data.sel(time=frame.stamp)
+        axis = np.interp([0.5, 1.0, 0.75, 0.25], at["station"], frame.parts["centreline"]["points"][:, 0])
+        heavy, pushed = frame.parts["masses"], frame.parts["forces"]
+        np.testing.assert_allclose(np.append(heavy["points"][:, 0], pushed["points"][:, 0]), axis, atol=1e-12)
+        np.testing.assert_allclose(heavy["mass"], [0.3, 0.1])
+        np.testing.assert_allclose(heavy["inertia"], [0.002, 0.0])
+        slope = np.interp(0.75, at["station"], np.gradient(at["uy"].values, at["station"].values))
+        across = 5.0 * 1j * np.exp(1j * float(at["theta"])) * (1.0 - 0.5 * slope**2 + 1j * slope)
+        fixed = (1.0 + 20.0 * frame.stamp) * np.exp(0.4j)
+        found = pushed["applied_force"] @ (1.0, 1j, 0.0)
+        np.testing.assert_allclose(found, [across, fixed], atol=1e-4)
 
 
 def test_a_table_of_the_time_series_is_read_back_as_it_was(run, tmp_path):

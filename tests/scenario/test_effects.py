@@ -57,6 +57,7 @@ CASES = {
     "bed": f"{FALL} {ANYWHERE} obstacles=[{{bedding=1e5,{TABLE[1:]}]",
     "table": f"{FALL} obstacles=[{TABLE}] contact.where=anywhere contact.grid=2 slope.enabled=false {SMOOTH}",
     "time-stepping": f"{START} contact.where=anywhere contact.grid=4 solver.scheme=time-stepping {STEPS}",
+    "loaded": f"{START} {SMOOTH} masses=[{{mass=0.1}}] forces=[{{force=2,frequency=100}},{{table=[[0,1],[1,2]]}}]",
     "exact": f"{START} {SMOOTH} {SPRING} discretization.method=absolute discretization.elements=4 "
     "solver.free_step=1e-4 solver.contact_step=1e-4",
 }
@@ -134,6 +135,17 @@ ACTS = {
     "contact.mu_static": ("spring", "1.75"),
     "contact.mu_kinetic": ("coulomb", "1"),
     "contact.regularization": ("coulomb", "[0.01,2]"),
+    "masses": ("smooth", "[{mass=0.1}]"),
+    "masses.1.place": ("loaded", "0.7"),
+    "masses.1.mass": ("loaded", "0.2"),
+    "masses.1.inertia": ("loaded", "0.01"),
+    "forces": ("smooth", "[{force=1}]"),
+    "forces.1.place": ("loaded", "0.7"),
+    "forces.1.force": ("loaded", "3"),
+    "forces.1.frequency": ("loaded", "110"),
+    "forces.1.sweep_rate": ("loaded", "1e4"),
+    "forces.1.direction": ("loaded", "0.5"),
+    "forces.2.table": ("loaded", "[[0,1],[1,3]]"),
     "obstacles": ("anywhere", f"[{TABLE}]"),
     "obstacles.1.kind": ("pegs", "side obstacles.1.radius=0 obstacles.1.origin=[0.6,0.1] obstacles.1.angle=0.3"),
     "obstacles.1.origin": ("anywhere", "[0.6,0.3003]"),
@@ -200,6 +212,11 @@ IDLE = [
     ("coulomb", "contact.mu_static", "1.8"),
     ("smooth", "contact.mu_kinetic", "0.2"),
     ("rigid", "contact.regularization", "[0.01,0.02]"),
+    ("smooth", "masses", "[{place=0.5}]"),
+    ("smooth", "forces", "[{place=0.5}]"),
+    ("smooth", "forces", "[{direction=0.5}]"),
+    ("smooth", "forces", "[{frequency=5}]"),
+    ("smooth", "forces", "[{sweep_rate=5}]"),
     ("pegs", "obstacles.1.stiffness", "1e5"),
     ("pegs", "obstacles.1.angle", "0.1"),
     ("pegs", "obstacles.1.extent", "[0,1]"),
@@ -264,7 +281,7 @@ def test_the_tables_know_every_key_and_every_rule():
     assert known | NO_NUMBERS == keys
     assert not known & NO_NUMBERS
     named = {f"{rule.section}.{key}".lstrip(".") for rule in effects.RULES for key in rule.keys.split()}
-    named |= {f"obstacles.N.{rule.key}" for rule in effects.OBSTACLE_RULES}
+    named |= {f"{items}.N.{rule.key}" for items, rules in effects.ITEM_RULES.items() for rule in rules}
     assert named <= keys
 
 

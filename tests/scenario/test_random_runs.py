@@ -101,6 +101,19 @@ FEATURES: dict[str, dict[str, dict[str, Any]]] = {
         },
         "tip mass": {"beam": {"tip_mass": 0.05}},
     },
+    "masses": {
+        "none": {},
+        "inside": {"masses": [{"place": 0.43, "mass": 0.1, "inertia": 1e-4}]},
+        "two": {"masses": [{"place": 0.21, "mass": 0.3}, {"mass": 0.02, "inertia": 2e-5}]},
+    },
+    "forces": {
+        "none": {},
+        "constant": {"forces": [{"place": 0.6, "force": -30.0}]},
+        "harmonic": {"forces": [{"place": 0.85, "force": 40.0, "frequency": 300.0, "direction": 1.0}]},
+        "sweep and table": {
+            "forces": [{"force": 20.0, "sweep_rate": 5e4}, {"place": 0.5, "table": [[0.0, 20.0], [0.003, -40.0]]}]
+        },
+    },
 }
 if "linear_damping" in ContactSection.model_fields:
     FEATURES["stop"]["linear damping"] = {
@@ -108,6 +121,7 @@ if "linear_damping" in ContactSection.model_fields:
     }
 #: features whose choices are all as likely; of others half are plain
 LEVEL = {"where", "stop", "friction"}
+LOADS = {"masses", "forces"}
 STEP = 2e-5  # s
 
 
@@ -161,12 +175,13 @@ def drawn(case: int, rng: np.random.Generator) -> tuple[dict[str, str], dict[str
     """Return the choices of features and the scenario that they make, which may be refused."""
     model, scheme = CASES[case % len(CASES)]
     choices, given = {"model": model, "scheme": scheme}, {"discretization": dict(MODELS[model])}
+    (of_loads,) = rng.spawn(1)  # which leaves all else as it is drawn
     for feature, options in FEATURES.items():
-        names = list(options)
-        plain = feature not in LEVEL and rng.random() < 0.5
-        choices[feature] = names[0] if plain else str(rng.choice(names))
+        names, dice = list(options), of_loads if feature in LOADS else rng
+        plain = feature not in LEVEL and dice.random() < 0.5
+        choices[feature] = names[0] if plain else str(dice.choice(names))
         for section, keys in options[choices[feature]].items():
-            given[section] = given.get(section, {}) | keys
+            given[section] = keys if isinstance(keys, list) else given.get(section, {}) | keys
     given["initial"] = given.get("initial", {}) | {"angle": rng.uniform(-0.5, 0.7)}
     if given.get("root", {}).get("kind") != "driven" and choices["start"] == "moving":
         given["initial"]["angular_velocity"] = -SPEED

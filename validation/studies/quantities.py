@@ -315,7 +315,7 @@ def _mean_spin(history: History, sample: int) -> float:
     sections, x = Sections.from_scenario(scenario), history["station"].values
     rate = history["uy_dot"].values[sample]
     moment = float(simpson(sections.mass_per_length(x) * x * rate, x=x))
-    moment += sections.tip_mass * sections.length * float(rate[-1])
+    moment += float((sections.point_masses * sections.places) @ np.interp(sections.places, x, rate))
     return spin + moment / sections.inertia
 
 

@@ -22,10 +22,11 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import eigvalsh
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.frequencies import lowest_elastic_frequency
+from oblique_impact.beam.frequencies import MAX_COUNT, lowest_elastic_frequency, natural_frequencies
 from oblique_impact.beam.operators import Array, build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
 from oblique_impact.contact.log import Contact
@@ -46,6 +47,8 @@ LIGHT = 0.002
 #: 1e7 N/m (pinned, driven, on a hub; at its tip, at 0.6 m) and of a strip on 1e6 N/m with less have the largest
 #: forces of 24 to 48 modes within 1.2 %, with 0.1 within 6 %, with more not within any bound.
 _LEFT_OUT = 0.05
+#: error of a frequency of a beam in modes with point masses that gives a warning
+_TOO_HIGH = 0.01
 
 _NOT_DETERMINED = "times, impulses and forces after the first touch-down are not determined"
 
@@ -139,6 +142,38 @@ def impact_warnings(beam: Beam, most: int) -> list[str]:
         share = f"{50.0 * light * frequency:.2g} % of critical in its first bending mode"
         text += f" ({light:g} s is {share} and takes {_size_to_resolve(beam, light)})"
     return [text if s.contact.normal != "rigid" else f'{text}, or contact.normal = "spring", an elastic stop']
+
+
+def mass_warnings(scenario: Scenario) -> list[str]:
+    """Return a warning if point masses make frequencies of a beam in modes too high, which do not know them.
+
+    They are compared with those of elements, and with those of the beam without point masses in the same modes.
+    """
+    s = scenario
+    if s.discretization.method != "modal" or not s.point_masses:
+        return []
+    errors = _too_high(s) / _too_high(s.adapted(masses=[], beam__tip_mass=0.0)) - 1.0
+    near = int(np.count_nonzero(errors <= _TOO_HIGH))
+    if near == errors.size:
+        return []
+    key = "masses" if s.masses else "beam.tip_mass"
+    return [
+        f"{key}: modes of the beam without point masses leave out how these bend it: {near} of {errors.size} "
+        f"frequencies are less than 1 % too high, the first one is {100.0 * errors[0]:.2g} %; take more modes, or "
+        'discretization.method = "fem", whose modes know point masses'
+    ]
+
+
+def _too_high(s: Scenario) -> Array:
+    """Frequencies (n,) of n modes over those of the beam itself, both without a spring of the hub."""
+    o, held = build_operators(s), s.root.kind == "driven"
+    mass = o.elastic_mass if held else o.elastic_mass - np.outer(o.coupling, o.coupling) / o.inertia
+    found = np.sqrt(eigvalsh(o.stiffness, mass))
+    free = s if held or s.root.stiffness == 0.0 else s.adapted(root__stiffness=0.0)
+    # of a root that is free to turn the first one is the rotation itself
+    rigid = 0 if held else 1
+    exact = natural_frequencies(free, count=min(found.size + rigid, MAX_COUNT)).chordwise[0, rigid:]
+    return np.asarray(found[: exact.size] / exact)
 
 
 def truncation_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.sections import BaseSection, ForceSection
 
 #: Pa; from rubber to diamond
 MODULI = (1e6, 1.3e12)
@@ -24,7 +25,7 @@ MAX_GYRATION = 0.2
 _FIRST_MODE = 3.5160
 #: damping ratio of the first bending mode: metal beams have below 0.01, bolted structures up to this
 MAX_DAMPING = 0.05
-#: steps of a period of the base's shaking: with fewer the second-order error of its impulses is above 1 %
+#: steps of a period of base or force: with fewer the second-order error of its impulses is above 1 %
 SHAKING_STEPS = 18
 
 
@@ -57,8 +58,10 @@ def _material(s: Scenario) -> Iterator[str]:
 def _shape(s: Scenario, sections: Sections) -> Iterator[str]:
     length = s.beam.length
     stiffness = np.min(sections.bending_stiffness(sections.second_moment.x))
-    # m g L^4/(8 E I) of the beam, M g L^3/(3 E I) of the tip mass, which is in the total mass
-    sag = s.gravity * length**3 * (sections.mass / 8.0 + sections.tip_mass * (1 / 3 - 1 / 8)) / stiffness
+    # m g L^4/(8 E I) of the beam, M g x^2 (3 L - x)/(6 E I) at the tip of a point mass at x
+    places = sections.places / length
+    of_masses = float(sections.point_masses @ (places**2 * (3.0 - places) / 6.0))
+    sag = s.gravity * length**3 * (sections.own_mass / 8.0 + of_masses) / stiffness
     if not sag < 0.5 * length:
         bend = f"a beam of {length:g} m would bend by {sag:.3g} m under its own weight"
         yield f"beam.length: {bend}; are the units right?"
@@ -105,7 +108,10 @@ def _slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
     period = float(2.0 * math.pi / _FIRST_MODE * np.sqrt(sections.mass * sections.length**3 / stiffness))
     if not step <= period:
         yield f"solver.free_step: {step:g} s is longer than the beam's first period of about {period:.3g} s"
-    fastest = max(abs(s.base.frequency + s.base.sweep_rate * t) for t in (0.0, s.end_time))
-    if s.base.is_shaken and step * fastest * SHAKING_STEPS > 1.0:
-        shaking = f"a period of the base of {1.0 / fastest:.3g} s"
-        yield f"solver.free_step: {step:g} s is longer than 1/{SHAKING_STEPS} of {shaking}"
+    harmonic: list[tuple[str, BaseSection | ForceSection]] = [("the base", s.base)] if s.base.is_shaken else []
+    harmonic += [(f"force {number}", item) for number, item in enumerate(s.forces, start=1) if item.acts]
+    for which, of in harmonic:
+        fastest = max(abs(of.frequency + of.sweep_rate * t) for t in (0.0, s.end_time))
+        if step * fastest * SHAKING_STEPS > 1.0:
+            shown = f"a period of {which} of {1.0 / fastest:.3g} s"
+            yield f"solver.free_step: {step:g} s is longer than 1/{SHAKING_STEPS} of {shown}"

@@ -13,6 +13,7 @@ from oblique_impact.beam.validity.limits import (
     ALL,
     friction_warnings,
     impact_warnings,
+    mass_warnings,
     most_meetings,
     truncation_warnings,
     unconverged_results,
@@ -60,6 +61,7 @@ def run_warnings(
             *friction_warnings(scenario, most),
             *of_impacts,
             *truncation_warnings(beam, variables),
+            *mass_warnings(scenario),
         ]
     kinetic, elastic, gravity = (variables[f"energy_{part}"] for part in ("kinetic", "elastic", "gravity"))
     parts = float(np.max(kinetic + np.abs(elastic) + np.abs(gravity)))

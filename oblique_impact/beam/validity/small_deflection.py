@@ -132,7 +132,7 @@ def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> LargestMotion:
         if discretization.kinetics == "first-order":
             lost = spin * np.einsum("si,si->s", B @ (o.C - o.M1), B)
         # angular momentum over inertia; the mean axis turns at this rate
-        spin = spin + Bd @ o.S / (o.J + beam.hub_inertia)
+        spin = spin + Bd @ o.coupling / o.inertia
     return LargestMotion(*(float(np.abs(values).max()) for values in (variables["uy"], spin, lost)))
 
 
