@@ -85,8 +85,8 @@ def natural_frequencies(
         spring of its clamp, a hub the beam with its hub of that inertia and radius, which is free to turn.  The
         joint is the same in both directions: flapwise a pin is a ball joint, and a hub tilts with its inertia,
         like an arm along the beam, so that one without inertia is a pin and a very heavy one is held.  A hub on an
-        axle that it cannot tilt vibrates flapwise like a driven root.  A hub on a spring to the ground does not
-        spin.
+        axle that it cannot tilt vibrates flapwise like a driven root, and inertias of point masses are arms along
+        the beam too.  A hub on a spring to the ground does not spin.
     speeds : sequence of float
         Spin rates (rad/s).
     count : int, optional

@@ -218,7 +218,7 @@ def _ascends_in_time(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float
     return rows
 
 
-#: rows of time and of what changes with it
+# rows of time and of what changes with it
 OverTime = Annotated[tuple[Pair, ...], Field(strict=False, max_length=MAX_ROWS), AfterValidator(_ascends_in_time)]
 
 
@@ -241,7 +241,7 @@ def _across_or_angle(value: Any) -> str | float:
     return float(number)
 
 
-#: across the bent beam, or an angle fixed in space
+# across the bent beam, or an angle fixed in space
 Direction = Annotated[
     str | float,
     PlainValidator(_across_or_angle),

@@ -136,6 +136,7 @@ def test_a_gap_is_an_axis_too(tmp_path):
 
 BAD = {
     "base.sweep_rate": ("changes.base.sweep_rate = 1.0", "needs base.acceleration and base.frequency"),
+    "forces": ("changes.forces = [{force = 1.0, frequency = 3.0}]", "forces.1: periodic response"),
     "root.profile": ('changes.root = {profile = "constant-speed", spin_rate = 1.0}', "root.profile"),
     "absolute": ('changes.discretization.method = "absolute"', "discretization.method"),
     "not axes alone": ('table = {keys = ["gravity"], rows = [[1.0]]}', "axes"),

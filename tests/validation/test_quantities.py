@@ -159,10 +159,14 @@ def test_the_model_error_is_the_estimate_that_a_run_warns_of(run):
 
 
 TIP_MASS = ("discretization.method=fem", "beam.tip_mass=0.2", "beam.length=0.8")
+#: half of it inside of the span, both with inertias
+MASSES = (*TIP_MASS[::2], "masses=[{place=0.6,mass=0.1,inertia=0.002},{mass=0.1,inertia=0.01}]")
 
 
 @pytest.mark.parametrize(
-    ("frame", "changes"), [("mean-axis", ()), ("tangent", TIP_MASS)], ids=["mean-axis", "tip mass"]
+    ("frame", "changes"),
+    [("mean-axis", ()), ("tangent", TIP_MASS), ("tangent", MASSES)],
+    ids=["mean-axis", "tip mass", "masses"],
 )
 def test_restitution_is_the_balance_of_angular_momentum(run, frame, changes):
     """J (w+ - w-) is the moment of the contact impulses less that of gravity during the collision."""
@@ -179,6 +183,9 @@ def test_restitution_is_the_balance_of_angular_momentum(run, frame, changes):
     mass = 3.14e-4 * 2766.7 * length
     inertia = (mass / 3.0 + tip_mass) * length**2
     first_moment = (0.5 * mass + tip_mass) * length
+    if changes == MASSES:
+        inertia += 0.1 * (0.6**2 - length**2) + 0.012
+        first_moment += 0.1 * (0.6 - length)
     weight = first_moment * 9.8 * math.cos(angle) * (times[after] - times[before])
     change = (lever * collision["normal_impulse"] - weight) / inertia
     fall = 9.8 * first_moment * (math.sin(math.pi / 4) - math.sin(angle))

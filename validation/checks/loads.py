@@ -129,7 +129,7 @@ def _shaken(Omega: float, place: float, direction: str | float) -> dict[str, Any
 
 
 @check(
-    "A clamped, damped beam under a harmonic force at its tip or inside of its span, in steady state.", seconds=20
+    "A clamped, damped beam under a harmonic force at its tip or inside of its span, in steady state.", seconds=8.0
 )
 def transfer_function() -> Iterator[Measurement]:
     """Amplitude and phase of the tip by reduced elements and event-located steps, with masses on it too."""
@@ -143,7 +143,7 @@ def transfer_function() -> Iterator[Measurement]:
             yield from _against(found, tip_response(Omega, masses, place), label, f"{name}-{Omega:g}", 1e-6)
 
 
-@check("A clamped, damped beam with a mass at its tip on a shaken base, in steady state.", seconds=5)
+@check("A clamped, damped beam with a mass at its tip on a shaken base, in steady state.", seconds=1.5)
 def base_with_masses() -> Iterator[Measurement]:
     """Amplitude and phase of the tip by reduced elements and event-located steps."""
     base = {"base__acceleration": _AMPLITUDE, "base__frequency": 1.9 / (2.0 * math.pi)}
@@ -154,7 +154,7 @@ def base_with_masses() -> Iterator[Measurement]:
         yield from _against(found, exact, f"of the tip at 1.9 rad/s, {name}", name, 1e-6)
 
 
-@check("The same force on all nodes of a mesh by implicit steps, and on modes of the uniform beam.", seconds=8)
+@check("The same force on all nodes of a mesh by implicit steps, and on modes of the uniform beam.", seconds=0.8)
 def orders() -> Iterator[Measurement]:
     """All nodes by the mid-point rule, extrapolated; n modes leave the static deflection of all further ones."""
     exact = tip_response(3.4, force=0.37)
@@ -236,7 +236,7 @@ _RUNS: dict[str, tuple[tuple[str, ...], float]] = {
 
 
 @check(
-    "The energy ledger closes with masses and each kind of force, in every discretization and scheme.", seconds=5
+    "The energy ledger closes with masses and each kind of force, in every discretization and scheme.", seconds=2.0
 )
 def ledger() -> Iterator[Measurement]:
     """Energy that no entry explains, of some 3 J; of all nodes by the mid-point rule it falls with the step."""

@@ -85,13 +85,17 @@ class PeriodicSection(InputSection):
 
 
 def require_periodic(scenario: Scenario) -> None:
-    """Raise InputError, in one line, for a scenario whose base is not shaken with one frequency."""
+    """Raise InputError, in one line, for a scenario whose base is not shaken with one frequency, as its forces."""
     base, root = scenario.base, scenario.root
     if not base.is_shaken or base.table or base.sweep_rate != 0.0:
         words = (
             "periodic response: needs base.acceleration and base.frequency, without base.sweep_rate and base.table"
         )
         raise InputError(words)
+    for number, item in enumerate(scenario.forces, start=1):
+        if item.table or item.sweep_rate != 0.0 or item.frequency not in (0.0, base.frequency):
+            words = "periodic response: should be constant, or harmonic with base.frequency"
+            raise InputError(f"forces.{number}: {words}")
     if root.kind == "driven" and (root.profile != "hold" or root.spin_rate != 0.0):
         raise refused("root.profile", root.profile, 'periodic response needs a driven root that is held, "hold"')
     if scenario.is_absolute:

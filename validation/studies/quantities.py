@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from scipy.integrate import simpson
+from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.validity.small_deflection import contact_force_error, deflection_error, largest_motion
@@ -304,7 +305,7 @@ def _restitution(history: History) -> float:
 def _mean_spin(history: History, sample: int) -> float:
     """Angular momentum about the pin over moment of inertia (rad/s), to first order in the deflection.
 
-    That is theta' + S B'/J (theory, Sec. 2); in the mean-axis frame S B = 0.
+    That is theta' + S B'/J (theory, Sec. 2), with what turns with sections; in the mean-axis frame S B = 0.
     """
     scenario = history.scenario
     if scenario is None or scenario.root.kind != "pin":
@@ -315,8 +316,10 @@ def _mean_spin(history: History, sample: int) -> float:
     sections, x = Sections.from_scenario(scenario), history["station"].values
     rate = history["uy_dot"].values[sample]
     moment = float(simpson(sections.mass_per_length(x) * x * rate, x=x))
-    moment += float((sections.point_masses * sections.places) @ np.interp(sections.places, x, rate))
-    return spin + moment / sections.inertia
+    along = CubicSpline(x, rate)
+    moment += float((sections.point_masses * sections.places) @ along(sections.places))
+    moment += float(sections.point_inertias @ along(sections.places, 1))
+    return spin + moment / sections.whole_inertia
 
 
 def _model_error(history: History) -> float:
