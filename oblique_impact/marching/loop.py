@@ -203,8 +203,9 @@ class Run:
             self._pass(self._start)
             return
         probe, earlier = self._probe(), self.problem.earlier
-        places = {i: probe.of(i) for i in earlier}
-        self.problem.scheme.resume(self.prepared, earlier, places, self._accelerated(earlier, probe))
+        if earlier:
+            places = {i: probe.of(i) for i in earlier}
+            self.problem.scheme.resume(self.prepared, earlier, places, self._accelerated(earlier, probe))
         self._enter_changes(self._steps.changes())
 
     def _accelerated(self, earlier: Mapping[int, Earlier], probe: Probe) -> Array:
