@@ -225,7 +225,11 @@ class Run:
     def _start(self) -> Outcome | None:
         probe = self._probe()
         change = self.decision.start(probe, self.problem.earlier)
-        if any(i not in self.problem.earlier for i, _ in change.events):  # those that go on are not found here
+        # those that go on, or are pressed in, have been closed before
+        pressed = [
+            i for i in change.states if self.decision.compliant and probe.of(i).gap < -self.decision.tolerances.gap
+        ]
+        if any(i not in self.problem.earlier and i not in pressed for i, _ in change.events):
             self._sample()
         return self._apply(change, probe)
 
