@@ -401,12 +401,14 @@ def start_at_rest(beam: Beam, parts: Parts = Parts()) -> tuple[Array, Array, dic
     """
     found = state_at_rest(beam, parts)
     still = beam.initial_state()[1] * 0.0
-    plucked, sticks = beam.scenario.initial.state == "plucked", beam.scenario.contact.friction == "hybrid"
+    scheme, sticks = parts.scheme or scheme_of(beam.scenario), beam.scenario.contact.friction == "hybrid"
+    criterion, goes_on = scheme.stick_criterion, beam.scenario.initial.state != "plucked"
+    # as a beam is let go contacts may slip, and rigid ones open: accelerations decide, or the first step
+    follows = scheme.decides or (criterion is not None and criterion.located)
     earlier = {
         i: Earlier(STICKING if sticks else SLIDING, float(found.forces[i]), 0.0, float(found.slips[i]))
         for i in found.closed
-        # a rigid contact may open as the beam is let go: its accelerations decide
-        if found.elastic[i] or not plucked
+        if goes_on or (follows and found.elastic[i])
     }
     return found.q, still, earlier
 

@@ -203,8 +203,9 @@ class Run:
             self._pass(self._start)
             return
         probe, earlier = self._probe(), self.problem.earlier
-        places = {i: probe.of(i) for i in earlier}
-        self.problem.scheme.resume(self.prepared, earlier, places, self._accelerated(earlier, probe))
+        if earlier:
+            places = {i: probe.of(i) for i in earlier}
+            self.problem.scheme.resume(self.prepared, earlier, places, self._accelerated(earlier, probe))
         self._enter_changes(self._steps.changes())
 
     def _accelerated(self, earlier: Mapping[int, Earlier], probe: Probe) -> Array:
@@ -224,7 +225,11 @@ class Run:
     def _start(self) -> Outcome | None:
         probe = self._probe()
         change = self.decision.start(probe, self.problem.earlier)
-        if any(i not in self.problem.earlier for i, _ in change.events):  # those that go on are not found here
+        # those that go on, or are pressed in, have been closed before
+        pressed = [
+            i for i in change.states if self.decision.compliant and probe.of(i).gap < -self.decision.tolerances.gap
+        ]
+        if any(i not in self.problem.earlier and i not in pressed for i, _ in change.events):
             self._sample()
         return self._apply(change, probe)
 

@@ -817,10 +817,8 @@ class TimeSteppingScheme(Scheme):
             b.logged[0] += 1
             contacts.take(i, contacts.of(i).changed(gap=at.gap, slip=at.slip, gap_rate=at.gap_rate))
         b.begun[d + 2 * b.states.size :] = b.states
-        if not earlier:  # what begins now is in the first step
-            b.begun[:] = np.nan
         y = b.yielding
-        if earlier and (y.body is not None or y.elastic):
+        if y.body is not None or y.elastic:
             for i in earlier:
                 contacts.take(i, contacts.of(i).changed(shift=places[i].shift))
             found = contacts.in_python()
