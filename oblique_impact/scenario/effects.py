@@ -166,7 +166,7 @@ RULES = (
     Rule(
         "solver",
         "baumgarte baumgarte_form",
-        lambda s: s.solver.scheme not in ("time-stepping", "energy-consistent"),
+        lambda s: s.solver.scheme != "time-stepping",
         'only with solver.scheme = "event", "fixed-step" or "generalized-alpha"',
     ),
     Rule(
