@@ -69,8 +69,9 @@ from oblique_impact.marching.scheme import Prepared, Scheme, Task
 _AT_ONCE, _CLOSE = 1e-6, 1e-12
 #: part of a step that decides between stick and slip after each transition at the same instant, and how often
 _SHORTER, _SHORTEST = 0.1, 6
-#: tolerance of Newton's iterations that rounding leaves possible
-_LEAST_TOLERANCE = 1e-12
+#: increment, over the length or 1 rad, at which Newton's iterations of a step end: what they leave of its energy is
+#: rounding then
+_CONVERGED = 1e-11
 #: of the step that the error asks for; a step whose error is beyond so many tolerances is taken again; bounds of
 #: the next step over the last one
 _SAFETY, _TOO_MUCH, _SHRINK, _GROW = 0.9, 2.0, 0.2, 3.0
@@ -274,7 +275,7 @@ def _solve(stepper: ExactStepper, t: float, length: float, y: Array) -> bool:
     d, relaxation = s.q1.shape[0], model.numbers.kelvin_voigt / length
     load_at(model, t + 0.5 * length, s.load)
     hold_at(model, t + length, s.held)
-    q0, v0, tolerance = y[:d], y[d : 2 * d], max(stepper.tolerance, _LEAST_TOLERANCE)
+    q0, v0 = y[:d], y[d : 2 * d]
     taken = take_newton_step(
         model.beam,
         model.touchings,
@@ -285,7 +286,7 @@ def _solve(stepper: ExactStepper, t: float, length: float, y: Array) -> bool:
         length,
         relaxation,
         model.numbers.held,
-        tolerance,
+        _CONVERGED,
     )
     if taken == 0:
         return False
@@ -531,7 +532,7 @@ class ExactScheme(Scheme):
     near : float
         m; gap below which obstacles are near.
     tolerance : float
-        Error of a step near obstacles over the length of the beam, and increment at which its iterations end.
+        Error of a step near obstacles over the length of the beam.
     """
 
     free_step: float
