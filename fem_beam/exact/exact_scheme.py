@@ -69,8 +69,8 @@ from oblique_impact.marching.scheme import Prepared, Scheme, Task
 _AT_ONCE, _CLOSE = 1e-6, 1e-12
 #: part of a step that decides between stick and slip after each transition at the same instant, and how often
 _SHORTER, _SHORTEST = 0.1, 6
-#: increment, over the length or 1 rad, at which Newton's iterations of a step end: what they leave of its energy is
-#: rounding then
+#: increment, over the length or 1 rad, at which Newton's iterations of a step end: what they leave of its energy
+#: is rounding then
 _CONVERGED = 1e-11
 #: of the step that the error asks for; a step whose error is beyond so many tolerances is taken again; bounds of
 #: the next step over the last one

@@ -203,6 +203,40 @@ def test_newtons_iterations_know_the_slope_of_friction():
     assert max(counts) <= 4, counts
 
 
+# --- the length of steps
+
+
+def test_steps_in_contact_are_chosen_by_their_error():
+    """The error is their number's power -2, and their number the tolerance's power -1/3."""
+    words = [*ABSOLUTE, *NEAR, "discretization.elements=12", "contact.friction=frictionless", "end_time=0.006"]
+    words += ["beam.kelvin_voigt=1e-5", "solver.output_interval=1e-3"]
+    bounds = ["solver.contact_step=1e-7", "solver.free_step=1e-3"]
+    impulses, counts = [], []
+    for tolerance in (1e-7, 1e-8, 1e-9, 1e-12):
+        found = simulate(Scenario.builtin("paper", [*words, *bounds, f"solver.tolerance={tolerance}"]))
+        assert abs(found.balance["unaccounted"]) < 1e-11
+        impulses.append(found.contacts[0].normal_impulse)
+        counts.append(found.summary["steps"])
+    errors = np.abs(np.array(impulses[:-1]) / impulses[-1] - 1.0)
+    assert errors[-1] < 1e-4
+    orders = np.log(errors[:-1] / errors[1:]) / np.log(np.divide(counts[1:-1], counts[:-2]))
+    assert np.all((orders > 1.6) & (orders < 2.6)), (errors, counts)
+    assert 1.7 < counts[2] / counts[1] < 2.5
+    bounded = simulate(Scenario.builtin("paper", [*words, "solver.contact_step=1e-4", "solver.free_step=1e-4"]))
+    assert bounded.summary["steps"] < 80
+
+
+def test_a_gap_that_closes_and_opens_within_a_step_is_found():
+    """The tip of a turning beam grazes a ceiling for three milliseconds, in steps of up to ten."""
+    ceiling = ["slope.origin=[0, 0.999999]", f"slope.angle={np.pi}", f"initial.angle={0.5 * np.pi - 0.02}"]
+    words = [*ABSOLUTE, "contact.friction=frictionless", "discretization.elements=2", *ceiling, "gravity=0"]
+    words += ["initial.angular_velocity=1", "end_time=0.04", "solver.output_interval=0.04"]
+    steps = ["solver.contact_step=1e-3", "solver.free_step=1e-2", "solver.tolerance=1e-2"]
+    found = simulate(Scenario.builtin("paper", [*words, *steps]))
+    assert found.summary["rejected_steps"] > 0
+    assert found.contacts[0].start == pytest.approx(0.02 - np.sqrt(2e-6), abs=5e-5)
+
+
 # --- forces along the beam
 
 
