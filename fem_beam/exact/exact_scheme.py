@@ -27,7 +27,7 @@ from oblique_impact.fem_beam.exact.step import (
     FORCE,
     KEEPING,
     REACTION,
-    StepBuffers,
+    NewtonBuffers,
     take_end,
     take_newton_step,
 )
@@ -83,23 +83,23 @@ _STEPS_PER_CALL = 256
 _LOGGED = 3 * _STEPS_PER_CALL + 3
 _NO_LIMITS = Limits(inf, inf, inf, 0)
 
-# `StepperBuffers.places`: at the start of a step and at its end
+# `ExactBuffers.places`: at the start of a step and at its end
 BEFORE, AFTER = 0, 1
 GAP, SLIP, GAP_RATE, SLIP_RATE, PLACE = range(5)
-# `StepperBuffers.pace`, s: where the march is and the next stop or sample; the step that the error asks for; the
+# `ExactBuffers.pace`, s: where the march is and the next stop or sample; the step that the error asks for; the
 # time from the middle of the last step to the present
 TIME, UNTIL, CHOSEN, SINCE = range(4)
-# `StepperBuffers.counts`: transitions that have followed each other at one instant, entries of the log, whether a
+# `ExactBuffers.counts`: transitions that have followed each other at one instant, entries of the log, whether a
 # part of a step has not converged
 AT_ONCE, ENTRIES, FAILED = range(3)
 # kinds of entries in the log
 CUT, REQUEST, BEGINNING, STEP = range(4)
 
 
-class StepperBuffers(NamedTuple):
+class ExactBuffers(NamedTuple):
     """Buffers of a run with n contacts."""
 
-    step: StepBuffers
+    step: NewtonBuffers
     places: Array  # (2, n, 5) contacts at the start of a step and at its end, see above
     acceleration: Array  # (d,) mean of the last step
     pace: Array  # (4,) see above
@@ -107,10 +107,10 @@ class StepperBuffers(NamedTuple):
     log: Array  # (entries, 3 + 6 elements + n): kind, start and end (s) of a step, its mean forces
 
     @classmethod
-    def new(cls, elements: int, n: int) -> StepperBuffers:
+    def new(cls, elements: int, n: int) -> ExactBuffers:
         """Allocate them for a beam with n contacts."""
         return cls(
-            StepBuffers.new(elements, n),
+            NewtonBuffers.new(elements, n),
             np.zeros((2, n, 5)),
             np.zeros(NODE * (2 * elements + 1)),
             np.zeros(4),
@@ -122,7 +122,7 @@ class StepperBuffers(NamedTuple):
 class Recorder:
     """Buffers of a run, and the mean forces of its steps at the instants that are reported."""
 
-    def __init__(self, buffers: StepperBuffers) -> None:
+    def __init__(self, buffers: ExactBuffers) -> None:
         self.buffers, self.averages = buffers, Averages()
 
     def take_log(self) -> None:
@@ -150,7 +150,7 @@ class ExactStepper(NamedTuple):
     tolerance: float
     limits: Limits
     scratch: Scratch
-    buffers: StepperBuffers
+    buffers: ExactBuffers
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Take the state; section forces may jump where a phase begins or the root's motion is not smooth."""
@@ -226,7 +226,7 @@ class ExactStepper(NamedTuple):
 
 
 @inlined
-def _enter(b: StepperBuffers, kind: int, start: float, end: float) -> int:
+def _enter(b: ExactBuffers, kind: int, start: float, end: float) -> int:
     """Enter something in the log; returns the row."""
     row = int(b.counts[ENTRIES])
     b.log[row, 0], b.log[row, 1], b.log[row, 2] = kind, start, end
@@ -547,7 +547,7 @@ class ExactScheme(Scheme):
         return StickCriterion(inf, located=True)
 
     def buffers(self, task: Task) -> Recorder:  # noqa: D102
-        return Recorder(StepperBuffers.new((task.size // NODE - 1) // 2, task.contacts))
+        return Recorder(ExactBuffers.new((task.size // NODE - 1) // 2, task.contacts))
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:  # noqa: D102
         return size + 2 * contacts

@@ -50,7 +50,7 @@ CONVERGED = 1e-10
 _LARGE, _SLOW = 1e-3, 0.1
 #: points that hold the same place share its force: each yields by this part of what the beam itself would
 _YIELDS = 1e-10
-#: `StepBuffers.numbers`: mean normal force (N) of a contact, damping in it, its rate and that of friction (N/m),
+#: `NewtonBuffers.numbers`: mean normal force (N) of a contact, damping in it, its rate and that of friction (N/m),
 #: the force that keeps it where it is if it sticks and the one that would keep its slip velocity as it is: what is
 #: left of this from the last step, as little as it may be, takes a large force to reverse in a very short step
 FORCE, DAMPED, RATE, DRAG, REACTION, KEEPING = range(6)
@@ -61,7 +61,7 @@ class NotConvergedError(ArithmeticError):
     """Newton's iterations did not converge."""
 
 
-class StepBuffers(NamedTuple):
+class NewtonBuffers(NamedTuple):
     """Buffers of a step of a beam with n contacts, and what it results in."""
 
     begun: Array  # (elements, 2, 8) state at Gauss points at the start, to be given
@@ -84,7 +84,7 @@ class StepBuffers(NamedTuple):
     increments: Array  # (16,) of the iterations, relative
 
     @classmethod
-    def new(cls, elements: int, contacts: int) -> StepBuffers:
+    def new(cls, elements: int, contacts: int) -> NewtonBuffers:
         """Allocate them."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
         return cls(
@@ -114,7 +114,7 @@ def take_newton_step(
     beam: BeamData,
     touchings: Any,
     contacts: Contacts,
-    b: StepBuffers,
+    b: NewtonBuffers,
     q0: Array,
     v0: Array,
     h: float,
@@ -163,7 +163,7 @@ def take_newton_step(
 
 
 @jitable
-def _take_residual(beam: BeamData, b: StepBuffers, q0: Array, inertia: float, relaxation: float) -> None:
+def _take_residual(beam: BeamData, b: NewtonBuffers, q0: Array, inertia: float, relaxation: float) -> None:
     """Put load less internal forces and inertia into `change`, and the end of the step."""
     for j in range(q0.shape[0]):
         b.q1[j] = q0[j] + b.move[j]
@@ -181,7 +181,7 @@ def take_end(
     beam: BeamData,
     touchings: Any,
     contacts: Contacts,
-    b: StepBuffers,
+    b: NewtonBuffers,
     q0: Array,
     h: float,
     relaxation: float,
@@ -203,7 +203,7 @@ def take_end(
 
 
 @jitable
-def _push(beam: BeamData, touchings: Any, contacts: Contacts, b: StepBuffers, q0: Array, h: float) -> int:
+def _push(beam: BeamData, touchings: Any, contacts: Contacts, b: NewtonBuffers, q0: Array, h: float) -> int:
     """Add the forces of closed contacts to the residual; returns how many forces are unknown.
 
     They are the changes of normal forces with their friction, of friction with the slip velocity, and the forces
@@ -230,7 +230,7 @@ def _push(beam: BeamData, touchings: Any, contacts: Contacts, b: StepBuffers, q0
 
 
 @jitable
-def _add_contacts(contacts: Contacts, b: StepBuffers, forces: int, count: int) -> bool:
+def _add_contacts(contacts: Contacts, b: NewtonBuffers, forces: int, count: int) -> bool:
     """Add what the unknown forces change to the increment, and keep those that hold sticking points.
 
     A place that slides along the beam couples elements that no band holds; so each of these forces has its
@@ -283,7 +283,7 @@ def _add_contacts(contacts: Contacts, b: StepBuffers, forces: int, count: int) -
 
 @jitable
 def _take_equation(
-    contacts: Contacts, b: StepBuffers, own: int, unit: float, row: Array, factor: float, forces: int
+    contacts: Contacts, b: NewtonBuffers, own: int, unit: float, row: Array, factor: float, forces: int
 ) -> None:
     """Take the equation unit a - factor row . (free change + responses) = 0 of an unknown force a."""
     for k in range(b.numbers.shape[0]):
@@ -298,7 +298,7 @@ def _take_equation(
 
 
 @inlined
-def _add_response(b: StepBuffers, force: float, response: Array) -> None:
+def _add_response(b: NewtonBuffers, force: float, response: Array) -> None:
     for j in range(response.shape[0]):
         b.change[j] += force * response[j]
 
@@ -308,7 +308,7 @@ def _solve_step(
     beam: BeamData,
     touchings: Any,
     contacts: Contacts,
-    b: StepBuffers,
+    b: NewtonBuffers,
     q0: Array,
     v0: Array,
     h: float,
@@ -367,7 +367,7 @@ def advance(
     """
     touchings = np.array([record for record, _ in contacts], dtype=TOUCHING).view(np.recarray)
     states = Contacts.new([state for _, state in contacts], beam.size, is_compiled(beam.data))
-    b = StepBuffers.new(len(beam.points), len(contacts))
+    b = NewtonBuffers.new(len(beam.points), len(contacts))
     b.load[:], b.held[: held.size] = load, held
     numbers = length, viscosity / length, held.size, tolerance
     found = _solve_step(beam.data, touchings, states, b, start.q, start.v, *numbers)
