@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from oblique_impact.fem_beam.exact.elastic_sections import Array
-from oblique_impact.fem_beam.exact.exact_beam import Complex
 
 #: steps that are stored: one before an instant, three after it, and one that may be joined
 _STORED = 5
@@ -21,20 +20,12 @@ _STORED = 5
 _SHORT = 0.5
 
 
-class MeanForces(NamedTuple):
-    """Force N + i Q (N) in the rotated sections and moment (N m) at Gauss points; reactions of contacts (N)."""
-
-    force: Complex
-    moment: Array
-    reactions: Array
-
-
 class _Mean(NamedTuple):
-    """Mean forces from `start` to `end` (s)."""
+    """Mean forces from `start` to `end` (s), all numbers of them in a row."""
 
     start: float
     end: float
-    forces: MeanForces
+    forces: Array
 
     @property
     def length(self) -> float:
@@ -58,16 +49,16 @@ class Averages:
 
     def __init__(self) -> None:
         #: forces that were requested, by time (s): of the stretch up to it, and of the one that begins there
-        self.before: dict[float, MeanForces] = {}
-        self.after: dict[float, MeanForces] = {}
+        self.before: dict[float, Array] = {}
+        self.after: dict[float, Array] = {}
         self._means: list[_Mean] = []
-        self._requests: list[tuple[float, dict[float, MeanForces]]] = []
+        self._requests: list[tuple[float, dict[float, Array]]] = []
 
     def request(self, time: float, begins: bool = False) -> None:
         """Keep the forces at an instant (s), where a stretch may begin; there are none if no step is near."""
         self._requests.append((time, self.after if begins else self.before))
 
-    def add(self, start: float, end: float, forces: MeanForces) -> None:
+    def add(self, start: float, end: float, forces: Array) -> None:
         """Take the mean forces of the next step."""
         new, means = _Mean(start, end, forces), self._means
         if means and means[-1].length < _SHORT * new.length:
@@ -98,7 +89,7 @@ class Averages:
         if self._means:
             found[time] = self._at(time)
 
-    def _at(self, time: float) -> MeanForces:
+    def _at(self, time: float) -> Array:
         """Return the forces at an instant: between middles of steps, or beyond the last or the first of them."""
         means = self._means
         if len(means) == 1:
@@ -113,13 +104,11 @@ class Averages:
         return _on_line(places[after - 1], places[after], time)
 
 
-def _on_line(one: tuple[float, MeanForces], other: tuple[float, MeanForces], time: float) -> MeanForces:
+def _on_line(one: tuple[float, Array], other: tuple[float, Array], time: float) -> Array:
     """Return the forces at an instant (s) on the line through those at two others."""
     return _between(one[1], other[1], (time - one[0]) / (other[0] - one[0]))
 
 
-def _between(one: MeanForces, other: MeanForces, part: float) -> MeanForces:
+def _between(one: Array, other: Array, part: float) -> Array:
     """Return the forces on the line through two others, `one` at 0 and `other` at 1."""
-    force = one.force + part * (other.force - one.force)
-    moment = one.moment + part * (other.moment - one.moment)
-    return MeanForces(force, moment, one.reactions + part * (other.reactions - one.reactions))
+    return one + part * (other - one)

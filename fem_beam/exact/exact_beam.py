@@ -20,23 +20,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, get_lapack_funcs
 from scipy.sparse import csr_array, diags_array, kron
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
 from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.step_forces import (
+    FIELDS,
+    NODE,
+    BeamData,
+    add_forces,
+    add_tangent,
+    take_fields,
+)
+from oblique_impact.kernels.band_rows import BANDWIDTH, new_rows
+from oblique_impact.kernels.jit import by_reference, kernel
 
 Complex = NDArray[np.complex128]
 
-#: unknowns of a node: x, y, phi
-NODE = 3
-#: diagonals on either side of the main one: the three nodes of an element are coupled
-BANDWIDTH = 3 * NODE - 1
 #: order of the rule with two points an element, and of one that is exact for inertia that varies linearly
 _REDUCED, _EXACT = 3, 5
-(_solve_general_band,) = get_lapack_funcs(("gbsv",), dtype=np.float64)
-#: rotations within a step below which the divided difference is a series: the quotient would lose digits
-_SMALL = 1e-2
 
 
 class Stage(NamedTuple):
@@ -59,14 +61,6 @@ class Resultants(NamedTuple):
 
     force: Complex
     moment: Array
-
-
-class StepStart(NamedTuple):
-    """Quantities at the beginning of a step, at the Gauss points, for the forces of the step."""
-
-    fields: PointFields
-    turn: Complex  # exp(i phi)
-    strain: Complex  # Gamma
 
 
 class StepForces(NamedTuple):
@@ -114,33 +108,34 @@ class ExactBeam:
         self.points: Array = points  # (elements, 2) m, Gauss points
         self._weights: Array = self._basis.dx
         self._stiffness = sections.axial(points), sections.shear(points), sections.bending(points)
-        self._operator = self._gradients()
-        weighted = self._operator * self._weights[:, :, None, None]
-        self._left = np.ascontiguousarray(weighted.reshape(ends.size - 1, -1, 3 * NODE).transpose(0, 2, 1))
-        self.M = self._mass_matrix(tip_mass, hub_inertia)
-        self.mass_band = bands_of(self.M)
-        element = np.arange(ends.size - 1)[:, None]
-        # an element's unknowns are consecutive
-        self._unknowns = 2 * NODE * element + np.arange(3 * NODE)
-        rows, columns = self._unknowns[:, :, None], self._unknowns[:, None, :]
-        self._band_index = ((BANDWIDTH + rows - columns) * self.size + columns).ravel()
-        self._force_index = self._unknowns.ravel()
+        # the nodes of an element are consecutive, its unknowns too
+        self._unknowns = 2 * NODE * np.arange(ends.size - 1)[:, None] + np.arange(3 * NODE)
+        shapes, slopes = self._shapes()
+        mass, rotary = self._mass_matrices(tip_mass, hub_inertia)
+        self.M = csr_array(kron(mass, diags_array([1.0, 1.0, 0.0])) + kron(rotary, diags_array([0.0, 0.0, 1.0])))
+        #: the same for kernels
+        self.data = BeamData(
+            self.x,
+            shapes,
+            slopes,
+            np.stack([*self._stiffness, self._weights], axis=-1),
+            _diagonals(mass),
+            _diagonals(rotary),
+        )
 
-    def _gradients(self) -> Array:
-        """Matrix (elements, points, 4, 9) from an element's unknowns to x', y', phi', phi at its Gauss points."""
+    def _shapes(self) -> tuple[Array, Array]:
+        """Values and derivatives (1/m) of the functions of an element's nodes at its Gauss points."""
         elements, count = self.points.shape
-        operator = np.zeros((elements, count, 4, 3 * NODE))
+        shapes, slopes = np.zeros((2, elements, count, 3))
         local = self._number[self._basis.element_dofs]  # (3, elements), in scikit-fem's order
         for shape, number in zip(self._basis.basis, local, strict=True):
-            value, slope = shape[0], shape[0].grad[0]
             for e in range(elements):
-                first = NODE * (int(number[e]) - 2 * e)
-                for row, k in ((0, 0), (1, 1), (2, 2)):
-                    operator[e, :, row, first + k] = slope[e]
-                operator[e, :, 3, first + 2] = value[e]
-        return operator
+                node = int(number[e]) - 2 * e
+                shapes[e, :, node], slopes[e, :, node] = shape[0][e], shape[0].grad[0][e]
+        return shapes, slopes
 
-    def _mass_matrix(self, tip_mass: float, hub_inertia: float) -> csr_array:
+    def _mass_matrices(self, tip_mass: float, hub_inertia: float) -> tuple[csr_array, csr_array]:
+        """Mass and rotary inertia over the nodes, (n, n)."""
         exact = Basis(self._basis.mesh, ElementLineP2(), intorder=_EXACT)
         order = np.argsort(self._number)
 
@@ -152,8 +147,7 @@ class ExactBeam:
         ends[0, -1], ends[1, 0] = tip_mass, hub_inertia
         mass = scalar(self.sections.mass) + diags_array(ends[0])
         rotary = scalar(self.sections.rotary) + diags_array(ends[1])
-        along, turning = diags_array([1.0, 1.0, 0.0]), diags_array([0.0, 0.0, 1.0])
-        return csr_array(kron(mass, along) + kron(rotary, turning))
+        return csr_array(mass), csr_array(rotary)
 
     # --- states
 
@@ -169,8 +163,10 @@ class ExactBeam:
 
     def fields(self, q: Array) -> PointFields:
         """Fields at the Gauss points, each (..., elements, 2), of nodal values (..., 3 n)."""
-        found = (self._operator @ q[..., self._unknowns][..., None, :, None])[..., 0]
-        return PointFields(found[..., 0] + 1j * found[..., 1], found[..., 3], found[..., 2])
+        x, y, phi = np.moveaxis(q[..., self._unknowns].reshape(*q.shape[:-1], -1, 3, NODE), -1, 0)
+        shapes, slopes = self.data.shapes, self.data.slopes
+        x, y, curvature = (np.einsum("egk,...ek->...eg", slopes, values) for values in (x, y, phi))
+        return PointFields(x + 1j * y, np.einsum("egk,...ek->...eg", shapes, phi), curvature)
 
     def resultants(self, q: Array, v: Array, viscosity: float = 0.0) -> Resultants:
         """Section forces at the Gauss points, each (..., elements, 2), with Kelvin-Voigt damping (s)."""
@@ -178,16 +174,6 @@ class ExactBeam:
         strain_rate = np.exp(-1j * at.rotation) * (rate.tangent - 1j * at.tangent * rate.rotation)
         bending = self._stiffness[2] * (at.curvature + viscosity * rate.curvature)
         return Resultants(self._force(strains(at) + viscosity * strain_rate), bending)
-
-    def mean_resultants(self, q0: Array, q1: Array, relaxation: float = 0.0) -> Resultants:
-        """Section forces at the Gauss points, mean of a step, each (elements, 2): as in :meth:`step_forces`."""
-        return self._mean_resultants(self.step_start(q0), self.step_start(q1), relaxation)
-
-    def _mean_resultants(self, start: StepStart, end: StepStart, relaxation: float) -> Resultants:
-        strain, change = 0.5 * (start.strain + end.strain), end.strain - start.strain
-        before, after = start.fields.curvature, end.fields.curvature
-        bending = self._stiffness[2] * (0.5 * (before + after) + relaxation * (after - before))
-        return Resultants(self._force(strain + relaxation * change), bending)
 
     def _force(self, strain: np.ndarray[Any, Any]) -> Complex:
         axial, shear, _ = self._stiffness
@@ -221,64 +207,16 @@ class ExactBeam:
 
     # --- forces
 
-    def step_start(self, q: Array) -> StepStart:
-        """Return the input of :meth:`step_forces` from the nodal values (3 n,) at the beginning of a step."""
-        at = self.fields(q)
-        turn = np.exp(1j * at.rotation)
-        return StepStart(at, turn, strains(at, turn))
+    def step_forces(self, q0: Array, q1: Array, relaxation: float = 0.0) -> StepForces:
+        """Return internal forces of a step from q0 to q1, whose work is the change of the strain energy.
 
-    def step_forces(self, q0: Array | StepStart, q1: Array, relaxation: float = 0.0) -> StepForces:
-        """Return internal forces of a step from q0 to q1 whose work is the change of the strain energy, exactly.
-
-        The strain exp(-i phi) r' is a product, and for differences and means over the step the rule of products is
-
-            Delta(a b) = mean(a) Delta(b) + Delta(a) mean(b)
-
-        So with the mean resultants of both ends, the force that belongs to r' is mean(exp(i phi)) n, the moment
-        that belongs to phi is n . (Delta exp(-i phi)/Delta phi) mean(r'), and the one that belongs to phi' is M.
-
-        Parameters
-        ----------
-        q0 : ndarray, shape (3 n,), or StepStart
-            Nodal values at the beginning, or what :meth:`step_start` makes of them: it stays in all iterations.
-        q1 : ndarray, shape (3 n,)
-            Nodal values at the end.
-        relaxation : float
-            Kelvin-Voigt damping over the length of the step: the resultants gain this times those of the change of
-            the strains.
+        See :mod:`~oblique_impact.fem_beam.exact.step_forces`.  `relaxation` is Kelvin-Voigt damping over the
+        length of the step.
         """
-        start, end = q0 if isinstance(q0, StepStart) else self.step_start(q0), self.step_start(q1)
-        at0, turn0, _ = start
-        at1, turn1, _ = end
-        mean, tangent = 0.5 * (turn0 + turn1), 0.5 * (at0.tangent + at1.tangent)
-        quotient, quotient_rate = divided_difference(at0.rotation, at1.rotation)
-        n, moment = self._mean_resultants(start, end, relaxation)
-        force, turning = mean * n, ((n * quotient).conj() * tangent).real
-        loads = np.empty((*self.points.shape, 4))
-        loads[..., 0], loads[..., 1] = force.real, force.imag
-        loads[..., 2], loads[..., 3] = moment, turning
-        forces = self._left @ loads.reshape(len(loads), -1, 1)
-        # derivatives by x', y' and phi at the end of the step, of the strain first, then of forces and moment
-        share, back = 0.5 + relaxation, turn1.conj()
-        dn = np.empty((3, *back.shape), dtype=complex)
-        dn[0], dn[1], dn[2] = back, 1j * back, -1j * back * at1.tangent
-        dn = self._force(share * dn)
-        turned = (n * quotient).conj()
-        df, dm = mean * dn, ((dn * quotient).conj() * tangent).real
-        df[2] += 0.5j * turn1 * n
-        dm[0] += 0.5 * turned.real
-        dm[1] -= 0.5 * turned.imag
-        dm[2] += ((n * quotient_rate).conj() * tangent).real
-        D = np.zeros((*self.points.shape, 4, 4))
-        for k, column in enumerate((0, 1, 3)):
-            D[:, :, 0, column], D[:, :, 1, column], D[:, :, 3, column] = df[k].real, df[k].imag, dm[k]
-        D[:, :, 2, 2] = share * self._stiffness[2]
-        blocks = self._left @ (D @ self._operator).reshape(len(loads), -1, 3 * NODE)
-        band = np.bincount(self._band_index, blocks.ravel(), (2 * BANDWIDTH + 1) * self.size)
-        return StepForces(
-            np.asarray(np.bincount(self._force_index, forces.ravel(), self.size), dtype=float),
-            np.asarray(band.reshape(2 * BANDWIDTH + 1, self.size), dtype=float),
-        )
+        fields = np.zeros((2, *self.points.shape, FIELDS))
+        forces, rows = np.zeros(self.size), new_rows(self.size)
+        _forces_between(self.data, q0, q1, relaxation, fields, forces, rows)
+        return StepForces(forces, _bands(rows[: self.size]))
 
     def static_forces(self, q: Array) -> StepForces:
         """Return internal forces (3 n,) at rest and their derivatives: a step of no length.
@@ -294,45 +232,35 @@ class ExactBeam:
         return float(relaxation * self._energy(strains(at1) - strains(at0), at1.curvature - at0.curvature))
 
 
-def strains(fields: PointFields, turn: Complex | None = None) -> Complex:
-    """Extension and shear, Gamma = exp(-i phi) r' - 1; `turn` is exp(i phi) if that is known."""
-    turn = np.exp(1j * fields.rotation) if turn is None else turn
-    return np.asarray(turn.conj() * fields.tangent - 1.0)
+@kernel("the forces of the exact beam")
+def _forces_between(
+    beam: BeamData, q0: Array, q1: Array, relaxation: float, fields: Array, forces: Array, rows: Array
+) -> None:
+    beam = by_reference(beam)
+    take_fields(beam, q0, fields[0])
+    take_fields(beam, q1, fields[1])
+    add_forces(beam, fields[0], fields[1], relaxation, forces)
+    add_tangent(beam, fields[0], fields[1], relaxation, rows)
 
 
-def divided_difference(phi0: Any, phi1: Any) -> tuple[Complex, Complex]:
-    """Return (exp(i phi1) - exp(i phi0))/(phi1 - phi0), and its derivative by phi1."""
-    step = phi1 - phi0
-    small = np.abs(step) < _SMALL
-    ratio, rate = 1.0 - step**2 / 24.0 + step**4 / 1920.0, -step / 12.0 + step**3 / 480.0
-    if not small.all():
-        safe = np.where(small, 1.0, step)
-        ratio = np.where(small, ratio, 2.0 * np.sin(0.5 * safe) / safe)
-        rate = np.where(small, rate, (np.cos(0.5 * step) - ratio) / safe)
-    middle = 1j * np.exp(0.5j * (phi0 + phi1))
-    return middle * ratio, middle * (0.5j * ratio + rate)
+def strains(fields: PointFields) -> Complex:
+    """Extension and shear, Gamma = exp(-i phi) r' - 1."""
+    return np.asarray(np.exp(-1j * fields.rotation) * fields.tangent - 1.0)
 
 
-def bands_of(matrix: csr_array) -> Array:
-    """Return a banded matrix in the storage of :func:`scipy.linalg.solve_banded`, (17, n)."""
-    band = np.zeros((2 * BANDWIDTH + 1, matrix.shape[0]))
-    for k in range(-BANDWIDTH, BANDWIDTH + 1):
+def _diagonals(matrix: csr_array) -> Array:
+    """Entries (i, i - 2) to (i, i + 2) of a matrix over the nodes, (n, 5)."""
+    found = np.zeros((matrix.shape[0], 5))
+    for k in range(-2, 3):
         diagonal = matrix.diagonal(k)
-        band[BANDWIDTH - k, max(0, k) :][: diagonal.size] = diagonal
-    return band
+        found[max(0, -k) :, k + 2][: diagonal.size] = diagonal
+    return found
 
 
-def solve(band: Array, right: Array, held: int) -> Array:
-    """Solve a banded system whose first `held` unknowns are 0; `right` (3 n,) or (3 n, k).
-
-    Raises LinAlgError for a singular one.
-    """
-    # solve_banded by hand: for a few dozen unknowns its checks take longer than LAPACK
-    rows = np.zeros((3 * BANDWIDTH + 1, band.shape[1] - held))
-    rows[BANDWIDTH:] = band[:, held:]
-    _, _, solution, info = _solve_general_band(BANDWIDTH, BANDWIDTH, rows, right[held:], overwrite_ab=True)
-    if info > 0:
-        raise LinAlgError("singular matrix")
-    found = np.zeros_like(right)
-    found[held:] = solution
+def _bands(rows: Array) -> Array:
+    """Return a band matrix by rows in the storage of :func:`scipy.linalg.solve_banded`, (17, n)."""
+    found = np.zeros((2 * BANDWIDTH + 1, len(rows)))
+    for k in range(-BANDWIDTH, BANDWIDTH + 1):
+        diagonal = rows[max(0, -k) : len(rows) - max(0, k), BANDWIDTH + k]
+        found[BANDWIDTH - k, max(0, k) :][: diagonal.size] = diagonal
     return found

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import KroghInterpolator
@@ -16,15 +16,17 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
 from oblique_impact.beam_problem import Parts
 from oblique_impact.contact.state import State
-from oblique_impact.fem_beam.exact.averages import Averages, MeanForces
 from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
-from oblique_impact.fem_beam.exact.exact_beam import NODE, Complex, ExactBeam, Stage
+from oblique_impact.fem_beam.exact.exact_beam import Complex, ExactBeam
 from oblique_impact.fem_beam.exact.exact_run import exact_problem
-from oblique_impact.fem_beam.exact.exact_system import ExactSystem
-from oblique_impact.fem_beam.exact.stop import NodeOnSide, Place
+from oblique_impact.fem_beam.exact.exact_scheme import Recorder
+from oblique_impact.fem_beam.exact.exact_system import ExactModel, beam_of
+from oblique_impact.fem_beam.exact.step_forces import NODE
+from oblique_impact.fem_beam.exact.stop import place_of
 from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.samples import LAMBDA_N, LAMBDA_T, Column, Samples, contact_variables, gather
 from oblique_impact.kernels.compiling import clock
+from oblique_impact.kernels.jit import by_reference, kernel
 from oblique_impact.marching.loop import Run
 from oblique_impact.progress import Status
 from oblique_impact.scenario.scenario import Scenario
@@ -52,9 +54,52 @@ def simulate(
     """
     # overflow in a step is handled: the iterations do not converge
     with np.errstate(all="ignore"), clock() as marching:
-        run = Run(exact_problem(scenario, sections, parts), on_progress)
+        beam = beam_of(scenario, sections)
+        run = Run(exact_problem(scenario, beam, parts), on_progress)
         run.execute()
-        return _Frame(run).history(marching.seconds)
+        return _Frame(run, scenario, beam).history(marching.seconds)
+
+
+class _Forces(NamedTuple):
+    """Mean forces of steps at samples.
+
+    Forces N + i Q (N) in the rotated sections and moments (N m) at Gauss points, each (samples, elements, 2), and
+    the reactions (N) of contacts that stick (samples, n).
+    """
+
+    force: Complex
+    moment: Array
+    reactions: Array
+
+
+class _Places(NamedTuple):
+    """Contacts at samples, each (samples, n), see :class:`~oblique_impact.fem_beam.exact.stop.Place`."""
+
+    gap: Array
+    slip: Array
+    x: Array
+    normal: Complex
+    tangent: Complex
+    point: Complex
+
+
+@kernel("the places of contact")
+def _find_places(model: ExactModel, q: Array, v: Array, lengths: Array, vectors: Complex) -> None:
+    """Put lengths (3, samples, n) and vectors (3, samples, n) of places into arrays."""
+    model = by_reference(model)
+    for k in range(q.shape[0]):
+        for i in range(lengths.shape[2]):
+            at = place_of(model.beam, model.touchings[i], q[k], v[k])
+            lengths[0, k, i], lengths[1, k, i], lengths[2, k, i] = at.gap, at.slip, at.x
+            vectors[0, k, i], vectors[1, k, i], vectors[2, k, i] = at.normal, at.tangent, at.point
+
+
+def _places_of(model: ExactModel, q: Array, v: Array) -> _Places:
+    """Return the contacts at states q, v (samples, 3 n)."""
+    shape = 3, len(q), len(model.touchings)
+    lengths, vectors = np.zeros(shape), np.zeros(shape, dtype=complex)
+    _find_places(model, np.ascontiguousarray(q), np.ascontiguousarray(v), lengths, vectors)
+    return _Places(*lengths, *vectors)
 
 
 class _Stations(NamedTuple):
@@ -98,14 +143,8 @@ def _lagrange(nodes: Array) -> KroghInterpolator:
 class _Frame:
     """The samples of a run, seen from the floating frame of its scenario."""
 
-    def __init__(self, run: Run) -> None:
-        system: ExactSystem = run.problem.system
-        self.record, self.scenario, self.beam, self.touchings = (
-            run.record,
-            system.scenario,
-            system.beam,
-            system.touchings,
-        )
+    def __init__(self, run: Run, scenario: Scenario, beam: ExactBeam) -> None:
+        self.record, self.pairs, self.scenario, self.beam = run.record, run.pairs, scenario, beam
         s, weight = self.scenario, self.beam.weight(self.scenario.gravity)
         samples = gather(
             run.record.segments,
@@ -113,31 +152,34 @@ class _Frame:
             lambda time, q, v: Energies(self.beam.kinetic_energy(v), self.beam.elastic_energy(q), -q @ weight),
         )
         self.q, self.v, self.states = samples.q, samples.qd, samples.each
-        self.places = [
-            [touching.place(Stage(q, v)) for touching in self.touchings]
-            for q, v in zip(self.q, self.v, strict=True)
-        ]
+        self.places = _places_of(run.problem.system, self.q, self.v)
         self.forces = self._kept_forces(run)
         self.samples = self._with_stick(samples, run.decision.friction.static or 0.0)
         self.sections = Sections.from_scenario(s)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
 
-    def _kept_forces(self, run: Run) -> list[MeanForces]:
+    def _kept_forces(self, run: Run) -> _Forces:
         """Return the forces of steps at the samples; at the last of one time, those of the steps behind it."""
-        averages: Averages = run.prepared.own.averages
+        recorder: Recorder = run.prepared.own
+        recorder.take_log()
+        averages = recorder.averages
         averages.cut()
         time = np.concatenate([segment.times for segment in run.record.segments]).tolist()
-        found = list[MeanForces]()
-        for before, now, after, q, v in zip([None, *time], time, [*time[1:], None], self.q, self.v, strict=False):
+        found = np.zeros((len(time), 3 * self.beam.points.size + len(self.pairs)))
+        for k, (before, now, after) in enumerate(zip([None, *time], time, [*time[1:], None], strict=False)):
             begins = before == now != after
             kept, other = averages.before.get(now), averages.after.get(now)
             forces = other if begins or kept is None else kept
             if forces is None:
-                at_once = self.beam.resultants(q, v, self.scenario.beam.kelvin_voigt)
-                forces = MeanForces(*at_once, np.zeros(len(self.touchings)))
-            found.append(forces)
-        return found
+                at_once = self.beam.resultants(self.q[k], self.v[k], self.scenario.beam.kelvin_voigt)
+                parts = at_once.force.real, at_once.force.imag, at_once.moment
+                forces = np.concatenate([*(part.ravel() for part in parts), np.zeros(len(self.pairs))])
+            found[k] = forces
+        points = self.beam.points.shape
+        inner, reactions = np.split(found, [3 * self.beam.points.size], axis=1)
+        normal, shear, moment = np.moveaxis(inner.reshape(len(time), 3, *points), 1, 0)
+        return _Forces(normal + 1j * shear, moment, reactions)
 
     def _with_stick(self, samples: Samples, static: float) -> Samples:
         """Give sticking contacts the forces of the steps around a sample, in the cone of the `static` coefficient.
@@ -146,8 +188,7 @@ class _Frame:
         """
         contacts, scalars = samples.contacts.copy(), samples.scalars.copy()
         edge = static * contacts[:, :, LAMBDA_N]
-        reactions = np.array([forces.reactions for forces in self.forces])
-        held = np.clip(reactions, -edge, edge)
+        held = np.clip(self.forces.reactions, -edge, edge)
         contacts[:, :, LAMBDA_T] = np.where(samples.each == State.STICK, held, contacts[:, :, LAMBDA_T])
         scalars[:, LAMBDA_T] = contacts[:, :, LAMBDA_T].sum(axis=1)
         return samples._replace(contacts=contacts, scalars=scalars)
@@ -162,31 +203,31 @@ class _Frame:
             "station": self.stations.x,
         }
         if self.scenario.contact.enabled:
-            on_side = [isinstance(touching, NodeOnSide) for touching in self.touchings]
+            on_side = [pair.on_side for pair in self.pairs]
             variables |= clearance_along(self.scenario, self.sections, bent, variables, on_side)
         return beam_history(self.scenario, self.record, self.samples, variables, self.section_forces, wall)
-
-    def _column(self, name: str) -> np.ndarray[Any, Any]:
-        """Return a field of the places (samples, n)."""
-        return np.array([[getattr(place, name) for place in row] for row in self.places])
 
     @cached_property
     def _end_pushes(self) -> Array:
         """Forces (N) along the slide at ends of beddings, (samples, n)."""
-        found = np.zeros((len(self.places), len(self.touchings)))
-        for i, touching in enumerate(self.touchings):
-            found[:, i] = touching.law.end_pushes(
-                np.maximum(-self._column("gap")[:, i], 0.0), self._column("slip")[:, i]
-            )
+        found = np.zeros(self.places.gap.shape)
+        for i, pair in enumerate(self.pairs):
+            if pair.contact_law is not None:
+                compressed = np.maximum(-self.places.gap[:, i], 0.0)
+                found[:, i] = pair.contact_law.end_pushes(compressed, self.places.slip[:, i])
         return np.where(self.states != State.FREE, found, 0.0)
+
+    @cached_property
+    def _contact_forces(self) -> Complex:
+        """Forces (N) of the contacts on the beam, (samples, n)."""
+        contacts, places = self.samples.contacts, self.places
+        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T] + self._end_pushes
+        return np.asarray(normal * places.normal + along * places.tangent)
 
     def _of_contacts(self) -> dict[str, Column]:
         """Return the variables of n contacts, each (samples, n)."""
-        contacts = self.samples.contacts
-        normal, along = contacts[:, :, LAMBDA_N], contacts[:, :, LAMBDA_T] + self._end_pushes
-        force = normal * self._column("normal") + along * self._column("tangent")
-        obstacles = [touching.obstacle for touching in self.touchings]
-        return contact_variables(obstacles, self._column("x"), self._column("point"), force)
+        obstacles = [pair.obstacle for pair in self.pairs]
+        return contact_variables(obstacles, self.places.x, self.places.point, self._contact_forces)
 
     @cached_property
     def frame(self) -> tuple[Array, Array]:
@@ -238,18 +279,17 @@ class _Frame:
         the sections themselves is left out.  What contact forces add is taken out before the rest, which is
         smooth, is carried from Gauss points to stations.
         """
-        kept = self.forces[part]
-        fields, samples, theta = self.beam.fields(self.q[part]), len(kept), self.frame[0][part, None, None]
-        force = np.exp(1j * fields.rotation) * np.array([forces.force for forces in kept])
+        fields, theta = self.beam.fields(self.q[part]), self.frame[0][part, None, None]
+        force, samples = np.exp(1j * fields.rotation) * self.forces.force[part], len(theta)
         by_name = {
-            "moment": np.array([forces.moment for forces in kept]),
+            "moment": self.forces.moment[part],
             "shear": -np.imag(fields.tangent.conj() * force),
             "axial_force": np.real(np.exp(-1j * theta) * force),
         }
         tangents = fields.tangent.reshape(samples, -1)
         inside, outside = (self._of_loads(part, x, tangents) for x in (self.beam.points.ravel(), self.stations.x))
         found = {name: np.empty((samples, self.stations.x.size)) for name in by_name}
-        loaded = [self._loaded(*each) for each in zip(self.states[part], self.places[part], strict=True)]
+        loaded = [self._loaded(*each) for each in zip(self.states[part], self.places.x[part], strict=True)]
         for elements in set(loaded):
             rows = np.array([each == elements for each in loaded])
             smooth = self._recovery(elements).T
@@ -258,13 +298,13 @@ class _Frame:
                 found[name][rows] = taken @ smooth + outside[name][rows]
         return found
 
-    def _loaded(self, states: Column, places: Sequence[Place]) -> frozenset[int]:
+    def _loaded(self, states: Column, places: Array) -> frozenset[int]:
         """Return the elements that a point pushes inside of them: there section forces cannot jump."""
-        ends, contacts = self.beam.ends[1:-1], zip(self.touchings, states, places, strict=True)
+        ends, contacts = self.beam.ends[1:-1], zip(self.pairs, states, places, strict=True)
         return frozenset(
-            int(np.searchsorted(ends, place.x))
-            for touching, state, place in contacts
-            if state != State.FREE and not isinstance(touching, NodeOnSide)
+            int(np.searchsorted(ends, x))
+            for pair, state, x in contacts
+            if state != State.FREE and not pair.on_side
         )
 
     def _recovery(self, without: frozenset[int]) -> Array:
@@ -279,19 +319,17 @@ class _Frame:
         """
         beam, theta, axis = self.beam, self.frame[0][part], _complex(self.q[part])
         found = {name: np.zeros((len(theta), x.size)) for name in ("moment", "shear", "axial_force")}
-        rows = zip(self.places[part], self.samples.contacts[part], self._end_pushes[part], strict=True)
+        rows = zip(self.places.x[part], self.places.point[part], self._contact_forces[part], strict=True)
         for row, contacts in enumerate(rows):
-            for place, numbers, push in zip(*contacts, strict=True):
-                normal, tangential = numbers[LAMBDA_N], numbers[LAMBDA_T] + push
-                load = normal * place.normal + tangential * place.tangent
+            for place, point, load in zip(*contacts, strict=True):
                 if load == 0.0:
                     continue
-                before = x <= place.x * (1.0 + 1e-12)
-                shear = -(np.interp(place.x, beam.points.ravel(), tangents[row]).conjugate() * load).imag
-                couple = ((place.point - np.interp(place.x, beam.x, axis[row])).conjugate() * load).imag
+                before = x <= place * (1.0 + 1e-12)
+                shear = -(np.interp(place, beam.points.ravel(), tangents[row]).conjugate() * load).imag
+                couple = ((point - np.interp(place, beam.x, axis[row])).conjugate() * load).imag
                 found["shear"][row] += shear * before
                 found["axial_force"][row] += (np.exp(-1j * theta[row]) * load).real * before
-                found["moment"][row] += (couple - shear * (place.x - x)) * before
+                found["moment"][row] += (couple - shear * (place - x)) * before
         return found
 
 

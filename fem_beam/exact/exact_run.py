@@ -7,35 +7,39 @@ import numpy as np
 from oblique_impact.beam.base_motion import base_motion_of
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam_problem import Parts, beam_tolerances, decision_about
-from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
+from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, decision_about
+from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
 from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
-from oblique_impact.fem_beam.exact.exact_system import ExactSystem, beam_of, touchings_of
+from oblique_impact.fem_beam.exact.exact_system import beam_of, hand_over_of, model_of
 from oblique_impact.marching.problem import Problem
 from oblique_impact.scenario.scenario import Scenario
 
 
-def exact_problem(scenario: Scenario, sections: ElasticSections | None = None, parts: Parts = Parts()) -> Problem:
+def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Parts = Parts()) -> Problem:
     """Return the problem of a scenario with the exact beam.
 
-    `sections`, and friction and base motion of `parts`, replace those of the scenario.
+    `beam` replaces that of the scenario, friction and base motion of `parts` its own.
     """
-    beam, scheme, driven = beam_of(scenario, sections), ExactScheme(), scenario.root.kind == "driven"
+    beam = beam_of(scenario) if beam is None else beam
+    solver, driven = scenario.solver, scenario.root.kind == "driven"
     motion = parts.base_motion or base_motion_of(scenario.root)
-    system = ExactSystem(scenario, beam, motion, touchings_of(scenario, beam))
+    model = model_of(scenario, beam, motion)
+    near = NEAR * scenario.beam.length if scenario.contact.enabled else -np.inf
+    shortest = min(solver.contact_step, solver.free_step)
+    scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance)
     tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
     q = beam.straight(scenario.initial.angle)
-    speed = system.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
+    speed = motion.at(0.0).speed if driven else scenario.initial.angular_velocity
     return Problem(
-        system,
+        model,
         q,
         beam.turning(q, speed),
         decision_about(contact_places(scenario), scenario, scheme, tolerances, parts),
         scheme,
         end_time=scenario.end_time,
-        output_interval=scenario.solver.output_interval,
+        output_interval=solver.output_interval,
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
-        breakpoints=(*system.breakpoints, *(system.shaking.breakpoints if system.shaking else ())),
-        hand_over=system.hand_over,
+        breakpoints=(*model.jumps.tolist(), *(model.shaking.breakpoints if model.shaking else ())),
+        hand_over=hand_over_of(model.touchings),
     )

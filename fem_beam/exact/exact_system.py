@@ -2,24 +2,144 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.beam.base_motion import BaseMotion, drive_angle
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
-from oblique_impact.contact.stops import elastic_stop
-from oblique_impact.fem_beam.exact.elastic_sections import Array, ElasticSections
-from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
-from oblique_impact.fem_beam.exact.stop import NodeOnSide, PointOnBeam, Touching
+from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
+from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.step_forces import NODE, BeamData
+from oblique_impact.fem_beam.exact.stop import TOUCHING, node_on_side, place_of, point_on_beam
 from oblique_impact.fem_beam.mesh import mesh_of
-from oblique_impact.kernels.workspace import VECTORS, Evaluation, Workspace
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.laws import Law
+from oblique_impact.kernels.workspace import (
+    FREE_ACCELERATION,
+    SUPPLY,
+    VECTORS,
+    Array,
+    Evaluation,
+    Workspace,
+    record_of,
+)
 from oblique_impact.scenario.scenario import Scenario
+
+#: what is one number of the beam with its root
+EXACT_NUMBERS = np.dtype(
+    [
+        ("held", np.int64),  # prescribed unknowns, the first ones: 2 of a pin or a hub, 3 of a driven root
+        ("torque", float),  # on a hub (N m)
+        ("kelvin_voigt", float),  # s
+        ("hub_radius", float),  # m
+        ("angle", float),  # rad, of a driven root at the start
+        ("spin_rate", float),  # rad/s, at the end of the spin-up of a driven root
+        ("spin_up_time", float),  # s
+    ],
+    align=True,
+)
+
+
+class _ExactData(NamedTuple):
+    """The beam with its root and its places of contact, constant during a run."""
+
+    numbers: Any  # a record of `EXACT_NUMBERS`
+    beam: BeamData
+    touchings: Any  # (n,) records of `TOUCHING`
+    load: Array  # (d,) weight, and the torque on a hub
+    carried: Array  # (d,) inertia force at unit acceleration of the base
+    jumps: Array  # (k,) s, at which the root's motion is not smooth
+    drive: Law | None  # angle (rad) of a driven root over time, in the place of a spin-up
+    shaking: Shaking | None  # of the base; None if it stands still
+
+
+@jitable
+def load_at(model: ExactModel, t: float, load: Array) -> None:
+    """Put the forces from outside at an instant (s) into `load` (d,)."""
+    acceleration = _base_acceleration(model.shaking, t)
+    for j in range(load.shape[0]):
+        load[j] = model.load[j] + acceleration * model.carried[j]
+
+
+@jitable
+def _base_acceleration(shaking: Shaking | None, t: float) -> float:
+    """Acceleration (m/s^2) of the base; the compiler drops one of the two branches."""
+    return 0.0 if shaking is None else base_acceleration(shaking, t)
+
+
+@jitable
+def hold_at(model: ExactModel, t: float, held: Array) -> None:
+    """Put the values of the prescribed unknowns at an instant (s) into `held` (3,)."""
+    numbers = model.numbers
+    if numbers.held == NODE:
+        angle = numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t)
+        held[0], held[1], held[2] = numbers.hub_radius * np.cos(angle), numbers.hub_radius * np.sin(angle), angle
+
+
+@jitable
+def work_of_drives(model: ExactModel, t: float, move: Array) -> float:
+    """Work (J) of the torque on a hub and of the shaking at t (s) on a step (d,) of the unknowns."""
+    work, acceleration = model.numbers.torque * move[2], _base_acceleration(model.shaking, t)
+    if acceleration != 0.0:
+        for j in range(move.shape[0]):
+            work += acceleration * model.carried[j] * move[j]
+    return float(work)
+
+
+@jitable
+def _evaluate(model: ExactModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Set what the protocol has at an instant to zero: steps have powers of their own."""
+    w.vectors[SUPPLY, :] = 0.0
+    return Evaluation(0.0, 0.0, 0.0)
+
+
+@jitable
+def _solve_mass(model: ExactModel, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
+    """Leave accelerations at zero: without rotary inertia the mass matrix is singular."""
+    w.vectors[FREE_ACCELERATION, :] = 0.0
+    return True
+
+
+@inlined
+def _take_state(model: ExactModel, t: float, q: Array, qd: Array, w: Workspace) -> None:
+    """Do nothing: each place is evaluated from the coordinates."""
+
+
+@jitable
+def _touch(
+    model: ExactModel, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, rows: Array
+) -> None:
+    """Kinematics of one place."""
+    place = place_of(model.beam, model.touchings[i], q, qd)
+    c.gap, c.slip, c.gap_rate, c.slip_rate = place.gap, place.slip, place.gap_rate, place.slip_rate
+
+
+class ExactModel(_ExactData):
+    """The exact beam as a :class:`~oblique_impact.kernels.system.System`.
+
+    A run asks it for the kinematics of contacts.  There are no accelerations at an instant: the scheme decides on
+    stick by its steps.
+    """
+
+    __slots__ = ()
+    described = "the exact beam"
+
+    evaluate = _evaluate
+    solve_mass = _solve_mass
+    take_state = _take_state
+    touch = _touch
+
+    def new_workspace(self) -> Workspace:
+        """Allocate vectors; steps have matrices of their own."""
+        return Workspace(np.zeros((0, 0, 0)), np.zeros((VECTORS, NODE * self.beam.x.size)))
+
+    def definiteness(self, rank_one: float, w: Workspace) -> float:
+        """Return 1: the mass matrix is constant."""
+        return 1.0
 
 
 def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> ExactBeam:
@@ -30,104 +150,62 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     return ExactBeam(ends, elastic, float(own.outer_mass(own.length)), own.hub_inertia, own.hub_radius)
 
 
-def touchings_of(scenario: Scenario, beam: ExactBeam) -> list[Touching]:
-    """Return the contacts of these places."""
-    found, c = list[Touching](), scenario.contact
-    for place in contact_places(scenario):
-        law = elastic_stop(place.stiffness, c.damping, place.extent, place.cell, c.linear_damping)
-        common, at = (beam, place.obstacle, law, place.extent), [float(x) for x in place.numbers]
+def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactModel:
+    """Return the model of a scenario with its beam and the motion of a driven root."""
+    root, shaking, load, carried = (
+        scenario.root,
+        shaking_of(scenario),
+        beam.weight(scenario.gravity),
+        0.0 * beam.scale,
+    )
+    torque = root.torque if root.kind == "hub" else 0.0
+    load[2] += torque
+    if shaking is not None:
+        carried = -(beam.M @ np.tile([shaking.cosine, shaking.sine, 0.0], beam.x.size))
+    driven = root.kind == "driven"
+    numbers = {
+        "held": NODE if driven else NODE - 1,
+        "torque": torque,
+        "kelvin_voigt": scenario.beam.kelvin_voigt,
+        "hub_radius": beam.radius,
+        "angle": scenario.initial.angle,
+        # of the built-in motions
+        "spin_rate": getattr(motion, "spin_rate", 0.0),
+        "spin_up_time": getattr(motion, "spin_up_time", 0.0),
+    }
+    return ExactModel(
+        record_of(EXACT_NUMBERS, numbers),
+        beam.data,
+        touchings_of(scenario, beam),
+        load,
+        np.asarray(carried),
+        np.array(motion.breakpoints if driven else (), dtype=float),
+        motion.drive_angle if driven else None,
+        shaking,
+    )
+
+
+def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:
+    """Return the records of the places of contact (n,)."""
+    found, places = [], contact_places(scenario)
+    for place in places:
+        at = [float(x) for x in place.numbers]
         if place.on_side:
             node = int(np.argmin(np.abs(beam.x - at[0])))
             outer = int(np.cos(scenario.initial.angle - at[1]) > 0.0)
-            found.append(NodeOnSide(*common, node, at[1], (at[2], at[3]), at[4], outer))
+            found.append(node_on_side(node, at[1], at[2], at[3], at[4], outer))
         else:
-            found.append(PointOnBeam(*common, complex(at[0], at[1]), place.radius, at[3], at[4]))
-    return found
+            found.append(point_on_beam(at[0], at[1], place.radius, at[3], at[4]))
+    # the tip on a side hands over to the side's outer corner, and back
+    for i, side in enumerate(places):
+        if side.on_side and side.extent and found[i].node == beam.x.size - 1:
+            corners = [j for j, at in enumerate(places) if not at.on_side and at.obstacle == side.obstacle]
+            if corners:
+                corner = corners[int(found[i].outer)]
+                found[i].heir, found[corner].heir = corner, i
+    return np.array(found, dtype=TOUCHING).view(np.recarray)
 
 
-@dataclass(frozen=True)
-class ExactSystem:
-    """The beam with its places of contact, a :class:`~oblique_impact.kernels.system.System` in plain Python.
-
-    A run asks it for the kinematics of contacts.  There are no accelerations at an instant: without rotary inertia
-    the mass matrix is singular, and the scheme decides on stick by its steps.
-    """
-
-    scenario: Scenario
-    beam: ExactBeam
-    motion: BaseMotion  # of a driven root
-    touchings: Sequence[Touching]
-
-    @property
-    def is_hub(self) -> bool:
-        """Whether the root turns with a hub."""
-        return self.scenario.root.kind == "hub"
-
-    @cached_property
-    def load(self) -> Array:
-        """Forces (3 n,) from outside: the weight, and the torque on a hub."""
-        load = self.beam.weight(self.scenario.gravity)
-        if self.is_hub:
-            load[2] += self.scenario.root.torque
-        return load
-
-    @cached_property
-    def shaking(self) -> Shaking | None:
-        """How the base is shaken; None if it stands still."""
-        return shaking_of(self.scenario)
-
-    def load_at(self, t: float) -> Array:
-        """Return the forces (3 n,) from outside at an instant (s), with the inertia force on a shaken base."""
-        return self.load if self.shaking is None else self.load + self.inertia_force(self.shaking, t)
-
-    def inertia_force(self, shaking: Shaking, t: float) -> Array:
-        """Return the inertia force (3 n,) at an instant (s) on a shaken base."""
-        direction = np.tile([shaking.cosine, shaking.sine, 0.0], self.beam.x.size)
-        return np.asarray(-base_acceleration(shaking, t) * (self.beam.M @ direction))
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Times (s) at which the root's motion is not smooth."""
-        return self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
-
-    def held(self, t: float) -> Array:
-        """Values of the prescribed unknowns at an instant (s), (2,) or (3,)."""
-        if self.scenario.root.kind != "driven":
-            return np.zeros(2)
-        angle = self.scenario.initial.angle + self.motion.at(t).angle
-        return np.array([self.beam.radius * np.cos(angle), self.beam.radius * np.sin(angle), angle])
-
-    @cached_property
-    def hand_over(self) -> dict[int, int]:
-        """Contacts by those that they take over from at an end of a side: the tip on it, its outer corner."""
-        found: dict[int, int] = {}
-        for i, side in enumerate(self.touchings):
-            if isinstance(side, NodeOnSide) and side.extent and side.node == self.beam.x.size - 1:
-                points = ((j, at) for j, at in enumerate(self.touchings) if isinstance(at, PointOnBeam))
-                corners = [j for j, at in points if at.obstacle == side.obstacle]
-                found |= {i: corners[side.outer], corners[side.outer]: i} if corners else {}
-        return found
-
-    def new_workspace(self) -> Workspace:
-        """Allocate vectors; steps have matrices of their own."""
-        return Workspace(np.zeros((0, 0, 0)), np.zeros((VECTORS, self.beam.size)))
-
-    def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Return zeros: steps have powers of their own."""
-        return Evaluation(0.0, 0.0, 0.0)
-
-    def solve_mass(self, rank_one: float, w: Workspace, contacts: Contacts, closed: bool) -> bool:
-        """Leave accelerations at zero."""
-        return True
-
-    def take_state(self, t: float, q: Array, qd: Array, w: Workspace) -> None:
-        """Do nothing: each place is evaluated from the coordinates."""
-
-    def touch(self, i: int, t: float, q: Array, qd: Array, w: Workspace, c: Candidate, rows: Array) -> None:
-        """Kinematics of one place; 0 of a beam without places."""
-        if self.touchings:
-            c.gap, c.slip, c.gap_rate, c.slip_rate = map(float, self.touchings[i].place(Stage(q, qd))[:4])
-
-    def definiteness(self, rank_one: float, w: Workspace) -> float:
-        """Return 1: the mass matrix is constant."""
-        return 1.0
+def hand_over_of(touchings: Any) -> dict[int, int]:
+    """Contacts by those that they take over from at an end of a side."""
+    return {i: int(place.heir) for i, place in enumerate(touchings) if place.heir >= 0}

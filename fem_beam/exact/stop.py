@@ -2,32 +2,84 @@
 
 In a plane a point of one body touches a side of the other:
 
-`NodeOnSide`  a node of the beam, or a place in its section, on a straight side
-`PointOnBeam`  a point fixed in space, a peg or a corner, at a place of the beam that slides along it
-`ClosedContact` one that is closed, with its spring and its friction
+a node of the beam, or a place in its section, on a straight side whose free side is on its left, or
+a point c fixed in space, a peg or a corner, at the place x of the beam whose section looks at it
 
 Points are complex numbers here, x + i y (m), and so are vectors.  In absolute coordinates gap and slip are
 components of a difference of places: nothing of the beam's shape enters.
+
+For a point on the beam, with the tangent t = exp(i phi) of the section and its normal n = i t,
+
+    t . (r(x) - c) = 0,     gap = s n . (r(x) - c) - distance
+
+which is continuous where elements meet; the tangent of the axis is not.  s = 1 where the point is on the right of
+the beam, else -1.  With r' = exp(i phi) (1 + epsilon + i gamma) and the height h = n . (r - c)
+
+    dgap = s [n . dr - gamma/F (t . dr + h dphi)],     F = 1 + epsilon + h phi'
+
+where dr and dphi are those at a fixed x: the force is normal to the axis and its line passes through c.
+
+The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With means of
+both ends of a step its force k d at the mean depth d, and Dk/Ds d^2/2 against the slide, do work that is the
+change of the energy k d^2/2 exactly (a discrete gradient).
 """
 
 from __future__ import annotations
 
-import cmath
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.fem_beam.exact.elastic_sections import Array
-from oblique_impact.fem_beam.exact.exact_beam import NODE, Complex, ExactBeam, Stage, divided_difference
+from oblique_impact.contact.elastic import share_of
+from oblique_impact.contact.state import STICKING, Candidate
+from oblique_impact.fem_beam.exact.step_forces import NODE, BeamData, divided_difference
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.workspace import Array, record_of
 
 #: of half an element, the last step of the iterations for a place: a few units of rounding
 _PLACED = 2e-15
+#: most of these iterations: halvings from the whole element to rounding, and as many steps between
+_MOST_STEPS = 120
 #: of the length, a slide over which a difference of stiffnesses is mostly rounding
 _HARDLY_SLID = 1e-9
+
+#: where the beam can touch an obstacle
+TOUCHING = np.dtype(
+    [
+        ("on_side", np.int64),  # a node of the beam on a side; else a point on the beam
+        # of a node on a side
+        ("node", np.int64),
+        ("outer", np.int64),  # of the ends of the side, the one that the beam points to
+        ("cosine", float),  # of the angle of the side
+        ("sine", float),
+        ("height", float),  # m, of the side above the root's axis
+        ("along", float),  # m, place of its origin along it
+        ("fibre", float),  # e (m), place of the point in the section, across the beam
+        # of a point on the beam
+        ("x", float),  # c, m
+        ("y", float),
+        ("radius", float),  # m, of a peg
+        ("half_depth", float),  # m, the lever of friction on the beam's face
+        ("side", float),  # s
+        # of both: the place that takes over at an end of a side, -1: none
+        ("heir", np.int64),
+    ],
+    align=True,
+)
+
+
+def node_on_side(
+    node: int, angle: float, height: float = 0.0, along: float = 0.0, fibre: float = 0.0, outer: int = 1
+) -> Any:
+    """Return the record of a node on a side at an angle (rad)."""
+    found = {"height": height, "along": along, "fibre": fibre, "cosine": np.cos(angle), "sine": np.sin(angle)}
+    return record_of(TOUCHING, found | {"on_side": 1, "node": node, "outer": outer, "heir": -1})
+
+
+def point_on_beam(x: float, y: float, radius: float = 0.0, half_depth: float = 0.0, side: float = 1.0) -> Any:
+    """Return the record of a point (m) on the beam."""
+    found = {"x": x, "y": y, "radius": radius, "half_depth": half_depth, "side": side}
+    return record_of(TOUCHING, found | {"heir": -1})
 
 
 class Place(NamedTuple):
@@ -43,110 +95,91 @@ class Place(NamedTuple):
     point: complex  # m, where the beam touches
 
 
-# values at both ends of a step
-Pair = tuple[float, float]
+class Ends(NamedTuple):
+    """Gaps and slips (m) of a contact at both ends of a step."""
+
+    gap0: float
+    gap1: float
+    slip0: float
+    slip1: float
 
 
-class Rows(NamedTuple):
-    """A contact over a step from q0 to q1.
+@jitable
+def place_of(beam: BeamData, touching: Any, q: Array, v: Array) -> Place:
+    """Return the contact at a state; the slip rate is that of the material."""
+    if touching.on_side:
+        k, tangent = NODE * touching.node, complex(touching.cosine, touching.sine)
+        lever = touching.fibre * complex(-np.sin(q[k + 2]), np.cos(q[k + 2]))
+        point = complex(q[k], q[k + 1]) + lever
+        moved = tangent.conjugate() * point
+        rate = tangent.conjugate() * (complex(v[k], v[k + 1]) + 1j * v[k + 2] * lever)
+        gap, slip = moved.imag - touching.height, moved.real - touching.along
+        return Place(gap, slip, rate.imag, rate.real, beam.x[touching.node], 1j * tangent, tangent, point)
+    at = _find(beam, touching, q)
+    gap, across, gap_rate, slip_rate = _gap(touching, at), _across(touching, at), 0.0, 0.0
+    for a in range(3):
+        normal, tangential, turning = _local(touching, at, a)
+        j = NODE * (at.first + a)
+        gap_rate += normal.real * v[j] + normal.imag * v[j + 1] + turning[0] * v[j + 2]
+        slip_rate += tangential.real * v[j] + tangential.imag * v[j + 1] + turning[1] * v[j + 2]
+    point = complex(touching.x, touching.y) + (gap + touching.radius) * across
+    return Place(gap, -at.x, gap_rate, slip_rate, at.x, across, at.turn, point)
 
-    Rows (3 n,) times q1 - q0 are the change of the gap and the displacement of the material along the tangent (m).
+
+@jitable
+def take_rows(beam: BeamData, touching: Any, q0: Array, q1: Array, normal: Array, tangential: Array) -> Ends:
+    """Put a contact over a step from q0 to q1 into rows (3 n,), and return gaps and slips at both ends.
+
+    Rows times q1 - q0 are the change of the gap and the displacement of the material along the tangent (m).  Of a
+    place in the section the row has a divided difference; of a point on the beam it is the gradient of the gap at
+    the middle of the step, corrected along the step: Gonzalez's discrete gradient (2000).
     """
-
-    gaps: Pair  # m, at both ends
-    slips: Pair  # m
-    normal: Array
-    tangential: Array
-
-
-@dataclass(frozen=True)
-class Touching(ABC):
-    """Base of both kinds of contact."""
-
-    beam: ExactBeam
-    obstacle: int  # the slope is 0, the others count from 1
-    law: ElasticStop
-    extent: tuple[float, ...]  # m, ends of the slip
-
-    def is_beyond(self, place: Place) -> bool:
-        """Whether a place is beyond the ends."""
-        return bool(self.extent) and not self.extent[0] <= place.slip <= self.extent[1]
-
-    def inside(self, place: Place) -> float:
-        """Return a length (m) that is positive between the ends, and falls through zero at each."""
-        first, last = self.extent
-        return (place.slip - first) * (last - place.slip) / (last - first)
-
-    def force(self, place: Place) -> float:
-        """Return the normal force (N) at an instant, of the spring at the depth and its damping, never pulling."""
-        # at a release, the gap is zero but for rounding
-        stiffness, _ = self.law.over(place.slip)
-        elastic = stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
-        return max(0.0, elastic - self.law.linear_damping * place.gap_rate)
-
-    @abstractmethod
-    def place(self, stage: Stage) -> Place:
-        """Return the contact at a state."""
-
-    @abstractmethod
-    def rows(self, q0: Array, q1: Array) -> Rows:
-        """Return the contact over a step."""
+    normal[:], tangential[:] = 0.0, 0.0
+    if touching.on_side:
+        k, tangent = NODE * touching.node, complex(touching.cosine, touching.sine)
+        turn0, turn1 = complex(np.cos(q0[k + 2]), np.sin(q0[k + 2])), complex(np.cos(q1[k + 2]), np.sin(q1[k + 2]))
+        quotient, _ = divided_difference(turn0, turn1, q1[k + 2] - q0[k + 2])
+        turning = 1j * touching.fibre * tangent.conjugate() * quotient
+        normal[k], normal[k + 1], normal[k + 2] = -tangent.imag, tangent.real, turning.imag
+        tangential[k], tangential[k + 1], tangential[k + 2] = tangent.real, tangent.imag, turning.real
+        start = tangent.conjugate() * (complex(q0[k], q0[k + 1]) + 1j * touching.fibre * turn0)
+        end = tangent.conjugate() * (complex(q1[k], q1[k + 1]) + 1j * touching.fibre * turn1)
+        h, a = touching.height, touching.along
+        return Ends(start.imag - h, end.imag - h, start.real - a, end.real - a)
+    begun, ended = _find(beam, touching, q0), _find(beam, touching, q1)
+    for j in range(q0.shape[0]):  # the row is about to be filled: until then the middle of the step
+        tangential[j] = 0.5 * (q0[j] + q1[j])
+    at = _find(beam, touching, tangential)
+    tangential[:] = 0.0
+    for a in range(3):
+        across, along, turning = _local(touching, at, a)
+        j = NODE * (at.first + a)
+        normal[j], normal[j + 1], normal[j + 2] = across.real, across.imag, turning[0]
+        tangential[j], tangential[j + 1], tangential[j + 2] = along.real, along.imag, turning[1]
+    gap0, gap1 = _gap(touching, begun), _gap(touching, ended)
+    # on all nodes whose elements the place has been in
+    first = NODE * min(begun.first, ended.first, at.first)
+    end = NODE * (max(begun.first, ended.first, at.first) + 3)
+    left, square, length = gap1 - gap0, 0.0, beam.x[-1]
+    for j in range(first, end):
+        change, scale = q1[j] - q0[j], length if j % NODE < 2 else 1.0
+        left -= normal[j] * change
+        square += (change / scale) ** 2
+    if square > 0.0:
+        for j in range(first, end):
+            scale = length if j % NODE < 2 else 1.0
+            normal[j] += left / square * (q1[j] - q0[j]) / scale**2
+    return Ends(gap0, gap1, -begun.x, -ended.x)
 
 
-@dataclass(frozen=True)
-class NodeOnSide(Touching):
-    """A point of the beam on a straight side, whose free side is on its left."""
-
-    node: int
-    angle: float  # rad, of the side
-    offsets: tuple[float, float]  # m: height of the side above the root's axis, place of its origin along it
-    fibre: float = 0.0  # e (m), place of the point in the section, across the beam
-    outer: int = 1  # of the ends, the one that the beam points to
-
-    @cached_property
-    def tangent(self) -> complex:
-        """Unit vector along the side; i times it points away from it."""
-        return cmath.exp(1j * self.angle)
-
-    def place(self, stage: Stage) -> Place:
-        """Return the contact at a state."""
-        (x, y, phi), (vx, vy, spin) = self._own(stage.q), self._own(stage.v)
-        lever = 1j * self.fibre * cmath.exp(1j * phi)
-        point, velocity = x + 1j * y + lever, vx + 1j * vy + 1j * spin * lever
-        back, (height, along) = self.tangent.conjugate(), self.offsets
-        moved, rate = back * point, back * velocity
-        x = float(self.beam.x[self.node])
-        kinematics = moved.imag - height, moved.real - along, rate.imag, rate.real
-        return Place(*kinematics, x, 1j * self.tangent, self.tangent, point)
-
-    def rows(self, q0: Array, q1: Array) -> Rows:
-        """Return the contact over a step: the row of the rotation has a divided difference."""
-        phi0, phi1 = self._own(q0)[2], self._own(q1)[2]
-        turning = complex(self.tangent.conjugate() * 1j * self.fibre * divided_difference(phi0, phi1)[0])
-        normal, tangential = np.zeros((2, self.beam.size))
-        at = slice(NODE * self.node, NODE * (self.node + 1))
-        normal[at] = -self.tangent.imag, self.tangent.real, turning.imag
-        tangential[at] = self.tangent.real, self.tangent.imag, turning.real
-        (gap0, slip0), (gap1, slip1) = self._gap_and_slip(q0), self._gap_and_slip(q1)
-        return Rows((gap0, gap1), (slip0, slip1), normal, tangential)
-
-    def _gap_and_slip(self, q: Array) -> tuple[float, float]:
-        x, y, phi = self._own(q)
-        moved = self.tangent.conjugate() * (x + 1j * y + 1j * self.fibre * cmath.exp(1j * phi))
-        height, along = self.offsets
-        return moved.imag - height, moved.real - along
-
-    def _own(self, q: Array) -> list[float]:
-        """Return the node's unknowns, or their rates."""
-        found: list[float] = q[NODE * self.node : NODE * (self.node + 1)].tolist()
-        return found
+# --- a point on the beam
 
 
 class _Found(NamedTuple):
     """The place of the beam whose section looks at a point."""
 
     first: int  # node of its element
-    shapes: tuple[float, float, float]  # of the three nodes
+    z: float  # from -1 to 1 in the element
     x: float  # m along the beam
     past: float  # m, how far x is past an end, from which the beam goes on straight and without strain
     turn: complex  # exp(i phi)
@@ -155,175 +188,154 @@ class _Found(NamedTuple):
     height: float  # m, of the place above the point, to the left of the tangent
 
 
-@dataclass(frozen=True)
-class PointOnBeam(Touching):
-    """A point c fixed in space, at the place x of the beam whose section looks at it.
+@inlined
+def _gap(touching: Any, at: _Found) -> float:
+    return float(touching.side * at.height - touching.radius - touching.half_depth)
 
-    With the tangent t = exp(i phi) of the section and its normal n = i t,
 
-        t . (r(x) - c) = 0,     gap = s n . (r(x) - c) - distance
+@inlined
+def _slant(at: _Found) -> float:
+    """gamma/F."""
+    return at.strain.imag / (at.strain.real + at.height * at.curvature)
 
-    which is continuous where elements meet; the tangent of the axis is not.  s = 1 where the point is on the right
-    of the beam, else -1.  With r' = exp(i phi) (1 + epsilon + i gamma) and the height h = n . (r - c)
 
-        dgap = s [n . dr - gamma/F (t . dr + h dphi)],     F = 1 + epsilon + h phi'
+@inlined
+def _across(touching: Any, at: _Found) -> complex:
+    """Vector that the gap grows along."""
+    return complex(touching.side * at.turn * (1j - _slant(at)))
 
-    where dr and dphi are those at a fixed x: the force is normal to the axis and its line passes through c.
+
+@inlined
+def _local(touching: Any, at: _Found, a: int) -> tuple[complex, complex, tuple[float, float]]:
+    """Return derivatives of gap and material's place along t by x and y of a node of the element, and by phi."""
+    z = at.z
+    shape = 0.5 * z * (z - 1.0) if a == 0 else 1.0 - z * z if a == 1 else 0.5 * z * (z + 1.0)
+    turning = shape * touching.side * (at.past - _slant(at) * at.height)
+    lever = shape * touching.side * touching.half_depth
+    return shape * _across(touching, at), shape * at.turn, (turning, lever)
+
+
+@inlined
+def _from_point(touching: Any, q: Array, node: int) -> complex:
+    """Place (m) of a node, seen from the point."""
+    return complex(q[NODE * node] - touching.x, q[NODE * node + 1] - touching.y)
+
+
+@inlined
+def _ahead(r: complex, phi: float) -> float:
+    """Return t . r, how far (m) a place is ahead of the point."""
+    return float(np.cos(phi) * r.real + np.sin(phi) * r.imag)
+
+
+@jitable
+def _find(beam: BeamData, touching: Any, q: Array) -> _Found:
+    """Return the place where t . (r - c) rises through zero, the nearest to the point if there are more."""
+    last, k, nearest, part = beam.x.shape[0] - 1, -1, 0.0, 0.0
+    r = _from_point(touching, q, 0)
+    before = _ahead(r, q[2])
+    for node in range(last):
+        there = _from_point(touching, q, node + 1)
+        after = _ahead(there, q[NODE * (node + 1) + 2])
+        away = r.real * r.real + r.imag * r.imag
+        if before <= 0.0 < after and (k < 0 or away < nearest):
+            k, nearest, part = node, away, before / (before - after)
+        r, before = there, after
+    if k < 0:
+        return _find_past(beam, touching, q, last if before <= 0.0 else 0)
+    first = k - k % 2
+    a, b, c = (
+        _from_point(touching, q, first),
+        _from_point(touching, q, first + 1),
+        _from_point(touching, q, first + 2),
+    )
+    p, o, u = q[NODE * first + 2], q[NODE * first + 5], q[NODE * first + 8]
+    # z goes from -1 to 1 in the element; quadratic in it, r = b + z (r1 + z r2)
+    r1, r2, p1, p2 = 0.5 * (c - a), 0.5 * (a + c) - b, 0.5 * (u - p), 0.5 * (p + u) - o
+    low = -1.0 if k == first else 0.0
+    z, high, shift, placed = low + part, low + 1.0, 2.0, False
+    turn, across, tangent, bent = 1.0 + 0.0j, b, r1, p1
+    for _ in range(_MOST_STEPS):
+        phi = o + z * (p1 + z * p2)
+        turn = complex(np.cos(phi), np.sin(phi))
+        across, tangent = (b + z * (r1 + z * r2)) * turn.conjugate(), (r1 + 2.0 * z * r2) * turn.conjugate()
+        bent = p1 + 2.0 * z * p2
+        if across.real > 0.0:
+            high = z
+        else:
+            low = z
+        if placed:
+            break
+        growth = tangent.real + across.imag * bent
+        step = -across.real / growth if growth > 0.0 else np.inf
+        # where a step has not halved the last one, or leads out of the part that holds the place, this is halved:
+        # so one of both is rounding in the end, mostly after four steps
+        if not (abs(step) <= 0.5 * shift and low <= z + step <= high):
+            step = 0.5 * (low + high) - z
+        z, shift, placed = z + step, abs(step), abs(step) <= _PLACED
+    half = 0.5 * (beam.x[first + 2] - beam.x[first])
+    return _Found(first, z, beam.x[first + 1] + z * half, 0.0, turn, tangent / half, bent / half, across.imag)
+
+
+@inlined
+def _find_past(beam: BeamData, touching: Any, q: Array, node: int) -> _Found:
+    """Return the place past an end of the beam."""
+    r, phi = _from_point(touching, q, node), q[NODE * node + 2]
+    turn, past = complex(np.cos(phi), np.sin(phi)), -_ahead(r, phi)
+    first, z = (node - 2, 1.0) if node > 0 else (0, -1.0)
+    return _Found(first, z, beam.x[node] + past, past, turn, 1.0 + 0.0j, 0.0, (turn.conjugate() * r).imag)
+
+
+# --- forces
+
+
+@inlined
+def _over(c: Candidate, slip: float) -> tuple[float, float]:
+    """Stiffness (N/m) of a stop at a place (m along the side), and its derivative by the place (N/m^2)."""
+    share, fading = share_of(slip, c.first, c.last, c.cell)
+    return c.stiffness * share, c.stiffness * fading
+
+
+@inlined
+def friction_at(c: Candidate, slip_rate: float) -> float:
+    """lambda_tau/lambda_n at a slip velocity (m/s); 0 of a contact that sticks."""
+    return 0.0 if c.state == STICKING else c.intercept + c.slope * slip_rate
+
+
+@jitable
+def force_at(c: Candidate, gap: float, slip: float, gap_rate: float) -> float:
+    """Return the normal force (N) at an instant, of the spring and its damping, never pulling."""
+    # at a release, the gap is zero but for rounding
+    stiffness, _ = _over(c, slip)
+    elastic = stiffness * max(0.0, -gap) * max(0.0, 1.0 - c.damping * gap_rate)
+    return max(0.0, elastic - c.linear_damping * gap_rate)
+
+
+@jitable
+def mean_force(c: Candidate, ends: Ends, length: float) -> tuple[float, float, float]:
+    """Mean normal force (N) of a step of a length (s), its derivative by the last gap (N/m), and its damping (N).
+
+    The rest of it is the spring's, whose work is the change of its energy.
     """
-
-    centre: complex  # c, m
-    radius: float  # m, of a peg
-    half_depth: float  # m, the lever of friction on the beam's face
-    side: float  # s
-
-    def place(self, stage: Stage) -> Place:
-        """Return the contact at a state; the slip rate is that of the material."""
-        at = self._find(stage.q)
-        normal, tangential = self._local(at)
-        v, gap = stage.v[NODE * at.first :][: 3 * NODE], self._gap(at)
-        across = self._normal(at)
-        point = self.centre + (gap + self.radius) * across
-        return Place(gap, -at.x, float(normal @ v), float(tangential @ v), at.x, across, at.turn, point)
-
-    def rows(self, q0: Array, q1: Array) -> Rows:
-        """Return the contact over a step: the gradient of the gap at its middle, corrected along the step.
-
-        This is Gonzalez's discrete gradient (2000): times q1 - q0 it is the change of the gap exactly.
-        """
-        start, end, middle = self._find(q0), self._find(q1), self._find(0.5 * (q0 + q1))
-        normal, tangential = np.zeros((2, self.beam.size))
-        at = slice(NODE * middle.first, NODE * (middle.first + 3))
-        normal[at], tangential[at] = self._local(middle)
-        gap0, gap1 = self._gap(start), self._gap(end)
-        # all nodes whose elements the place has been in
-        numbers = [found.first for found in (start, end, middle)]
-        near = slice(NODE * min(numbers), NODE * (max(numbers) + 3))
-        change = (q1 - q0)[near]
-        along = change / self.beam.scale[near] ** 2
-        square = float(change @ along)
-        if square > 0.0:
-            normal[near] += (gap1 - gap0 - normal[near] @ change) / square * along
-        return Rows((gap0, gap1), (-start.x, -end.x), normal, tangential)
-
-    def _gap(self, at: _Found) -> float:
-        return self.side * at.height - self.radius - self.half_depth
-
-    def _slant(self, at: _Found) -> float:
-        """Return gamma/F."""
-        return at.strain.imag / (at.strain.real + at.height * at.curvature)
-
-    def _normal(self, at: _Found) -> complex:
-        """Vector that the gap grows along."""
-        return self.side * at.turn * (1j - self._slant(at))
-
-    def _local(self, at: _Found) -> tuple[Array, Array]:
-        """Return derivatives (9,) of the gap and of the material's place, along t, by the element's unknowns."""
-        normal, slant = self._normal(at), self._slant(at)
-        turning = self.side * (at.past - slant * at.height)
-        gap = np.outer(at.shapes, (normal.real, normal.imag, turning)).ravel()
-        slip = np.outer(at.shapes, (at.turn.real, at.turn.imag, self.side * self.half_depth)).ravel()
-        return gap, slip
-
-    def _find(self, q: Array) -> _Found:
-        """Return the place where t . (r - c) rises through zero, the nearest to the point if there are more."""
-        x, y, phi = q.reshape(-1, NODE).T
-        r, last = x + 1j * y - self.centre, x.size - 1
-        ahead = np.cos(phi) * r.real + np.sin(phi) * r.imag
-        (rising,) = np.nonzero((ahead[:-1] <= 0.0) & (ahead[1:] > 0.0))
-        if rising.size == 0:
-            return self._past(last if ahead[last] <= 0.0 else 0, r, ahead, phi)
-        k = int(rising[np.argmin(np.abs(r[rising]))])
-        first = k - k % 2
-        (a, b, c), (p, o, u) = r[first : first + 3].tolist(), phi[first : first + 3].tolist()
-        # z goes from -1 to 1 in the element; quadratic in it, r = b + z (r1 + z r2)
-        r1, r2, p1, p2 = 0.5 * (c - a), 0.5 * (a + c) - b, 0.5 * (u - p), 0.5 * (p + u) - o
-        low, high = (-1.0, 0.0) if k == first else (0.0, 1.0)
-        z, before, placed = low + float(ahead[k] / (ahead[k] - ahead[k + 1])), 2.0, False
-        while True:
-            turn = cmath.exp(1j * (o + z * (p1 + z * p2)))
-            across = (b + z * (r1 + z * r2)) * turn.conjugate()
-            tangent = (r1 + 2.0 * z * r2) * turn.conjugate()
-            bent = p1 + 2.0 * z * p2
-            if across.real > 0.0:
-                high = z
-            else:
-                low = z
-            if placed:
-                break
-            growth = tangent.real + across.imag * bent
-            step = -across.real / growth if growth > 0.0 else np.inf
-            # where a step has not halved the last one, or leads out of the part that holds the place, this is
-            # halved: so one of both is rounding in the end, mostly after four steps
-            if not (abs(step) <= 0.5 * before and low <= z + step <= high):
-                step = 0.5 * (low + high) - z
-            z, before, placed = z + step, abs(step), abs(step) <= _PLACED
-        half = 0.5 * float(self.beam.x[first + 2] - self.beam.x[first])
-        shapes = 0.5 * z * (z - 1.0), 1.0 - z * z, 0.5 * z * (z + 1.0)
-        place = float(self.beam.x[first + 1]) + z * half
-        return _Found(first, shapes, place, 0.0, turn, tangent / half, bent / half, across.imag)
-
-    def _past(self, node: int, r: Complex, ahead: Array, phi: Array) -> _Found:
-        """Return the place past an end of the beam."""
-        turn, past = cmath.exp(1j * float(phi[node])), -float(ahead[node])
-        height = float((turn.conjugate() * r[node]).imag)
-        first, shapes = (node - 2, (0.0, 0.0, 1.0)) if node else (0, (1.0, 0.0, 0.0))
-        return _Found(first, shapes, float(self.beam.x[node]) + past, past, turn, 1.0 + 0j, 0.0, height)
+    k = 0.5 * (_over(c, ends.slip0)[0] + _over(c, ends.slip1)[0])
+    depth, rate = -0.5 * (ends.gap0 + ends.gap1), (ends.gap0 - ends.gap1) / length
+    factor, slope = 1.0 + c.damping * rate, -c.damping / length
+    if factor <= 0.0:
+        factor, slope = 0.0, 0.0
+    elastic = k * depth
+    damped = elastic * (factor - 1.0) + c.linear_damping * rate
+    if elastic + damped <= 0.0:
+        return 0.0, 0.0, -elastic
+    return elastic + damped, -0.5 * k * factor + elastic * slope - c.linear_damping / length, damped
 
 
-@dataclass(frozen=True)
-class ClosedContact:
-    """A closed contact within a step: spring and friction, the latter none where the point sticks.
+@jitable
+def end_push(c: Candidate, ends: Ends, length: float) -> float:
+    """Mean force (N) of a step along the slide, of a bedding under a place that lies over an end of it.
 
-    Friction is (intercept + slope v) times the normal force at the mean slip velocity v of the material.
-    The spring is k(s) at the slip s, which changes where the beam slides over the end of a bedding.  With means of
-    both ends of a step its force k d at the mean depth d, and Dk/Ds d^2/2 against the slide, do work that is the
-    change of the energy k d^2/2 exactly (a discrete gradient).
+    `length` (m) is that of the beam.
     """
-
-    touching: Touching
-    intercept: float = 0.0
-    slope: float = 0.0  # s/m
-    sticks: bool = False
-
-    def friction(self, slip_rate: float) -> float:
-        """Return lambda_tau/lambda_n at a slip velocity (m/s)."""
-        return self.intercept + self.slope * slip_rate
-
-    def normal_force(self, gaps: Pair, slips: Pair, length: float) -> tuple[float, float]:
-        """Mean normal force (N) of a step between gaps and slips (m), and its derivative by the last gap (N/m)."""
-        (gap0, gap1), k, law = gaps, self._stiffness(slips), self.touching.law
-        depth, rate = -0.5 * (gap0 + gap1), (gap0 - gap1) / length
-        factor, slope = 1.0 + law.damping * rate, -law.damping / length
-        if factor <= 0.0:
-            factor, slope = 0.0, 0.0
-        force = k * depth * factor + law.linear_damping * rate
-        if force <= 0.0:
-            return 0.0, 0.0
-        return force, -0.5 * k * factor + k * depth * slope - law.linear_damping / length
-
-    def end_push(self, gaps: Pair, slips: Pair) -> float:
-        """Mean force (N) of a step along the slide, of a bedding under a place that lies over an end of it."""
-        (k0, slope0), (k1, slope1) = (self.touching.law.over(slip) for slip in slips)
-        slope, slid = 0.5 * (slope0 + slope1), slips[1] - slips[0]
-        if slope0 != slope1 and abs(slid) > _HARDLY_SLID * self.touching.beam.x[-1]:
-            slope = (k1 - k0) / slid
-        return -0.25 * slope * (gaps[0] ** 2 + gaps[1] ** 2)
-
-    def gained(self, q0: Array, q1: Array, reaction: float, length: float) -> tuple[float, float, float, float]:
-        """Impulses (N s), and losses by friction and the stop's damping (J), of a step from q0 to q1 (3 n,).
-
-        `reaction` (N) is the force that keeps the point where it is if it sticks.
-        """
-        rows = self.touching.rows(q0, q1)
-        gaps, slips = rows.gaps, rows.slips
-        force, _ = self.normal_force(gaps, slips, length)
-        slid = float(rows.tangential @ (q1 - q0))
-        tangential = reaction if self.sticks else self.friction(slid / length) * force
-        elastic = -0.5 * self._stiffness(slips) * (gaps[0] + gaps[1])
-        stop = (force - elastic) * (gaps[0] - gaps[1])
-        return force * length, tangential * length, -tangential * slid, stop
-
-    def _stiffness(self, slips: Pair) -> float:
-        """Mean stiffness (N/m) of a step between two slips (m)."""
-        first, last = (self.touching.law.over(slip)[0] for slip in slips)
-        return 0.5 * (first + last)
+    (k0, slope0), (k1, slope1) = _over(c, ends.slip0), _over(c, ends.slip1)
+    slope, slid = 0.5 * (slope0 + slope1), ends.slip1 - ends.slip0
+    if slope0 != slope1 and abs(slid) > _HARDLY_SLID * length:
+        slope = (k1 - k0) / slid
+    return -0.25 * slope * (ends.gap0**2 + ends.gap1**2)

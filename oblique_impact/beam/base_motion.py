@@ -40,6 +40,24 @@ def spin_up_acceleration(t: float, spin_rate: float, spin_up_time: float) -> flo
     return spin_rate / spin_up_time * (1.0 - math.cos(2.0 * math.pi * t / spin_up_time))
 
 
+@jitable
+def drive_angle(law: Law | None, spin_rate: float, spin_up_time: float, t: float) -> float:
+    """Angle (rad) since the start of a driven root at t (s); the compiler drops one of the two branches."""
+    if law is None:
+        return spin_up_angle(t, spin_rate, spin_up_time)
+    return law(t)
+
+
+@jitable
+def spin_up_angle(t: float, spin_rate: float, spin_up_time: float) -> float:
+    """Angle (rad) of a spin-up."""
+    if t >= spin_up_time:
+        return spin_rate * (t - 0.5 * spin_up_time)
+    lag = spin_up_time / (2.0 * math.pi)
+    turned = 0.5 * t * t + lag * lag * (math.cos(2.0 * math.pi * t / spin_up_time) - 1.0)
+    return spin_rate / spin_up_time * turned
+
+
 class Turn(NamedTuple):
     """Angle since the start (rad), angular velocity (rad/s) and acceleration (rad/s^2) of a driven root."""
 
@@ -93,6 +111,13 @@ class BaseMotion(ABC):
         """The acceleration as kernels call it, None of a spin-up; raises InputError if it cannot be compiled."""
         return compiled_law(type(self).turn, 1, tuple(map(float, astuple(self))), entry=2)
 
+    @property
+    def drive_angle(self) -> Law | None:
+        """The angle as kernels call it, None of a spin-up; raises InputError if it cannot be compiled."""
+        return (
+            None if self.drive is None else compiled_law(type(self).turn, 1, tuple(map(float, astuple(self))), 0)
+        )
+
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled, or the speed or acceleration is not the derivative."""
         _, name = self.drive, type(self).__name__
@@ -144,12 +169,10 @@ class SpinUp(BaseMotion):
     ) -> tuple[float, float, float]:
         if t >= spin_up_time:
             return spin_rate * (t - 0.5 * spin_up_time), spin_rate, 0.0
-        phase = 2.0 * math.pi * t / spin_up_time
         lag = spin_up_time / (2.0 * math.pi)
-        per_time = spin_rate / spin_up_time
-        angle = per_time * (0.5 * t * t + lag * lag * (math.cos(phase) - 1.0))
+        speed = spin_rate / spin_up_time * (t - lag * math.sin(t / lag))
         acceleration = spin_up_acceleration(t, spin_rate, spin_up_time)
-        return angle, per_time * (t - lag * math.sin(phase)), acceleration
+        return spin_up_angle(t, spin_rate, spin_up_time), speed, acceleration
 
     @property
     def drive(self) -> None:

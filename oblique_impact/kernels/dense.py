@@ -59,8 +59,11 @@ def solve(lower: Array, right: Array, x: Array) -> None:
 
 
 @jitable
-def eliminate(matrix: Array, m: int) -> bool:
-    """Solve the first m equations by Gauss's elimination, into column m; False if they are singular."""
+def eliminate(matrix: Array, m: int, sides: int = 1) -> bool:
+    """Solve the first m equations by Gauss's elimination, into column m and as many more as there are right sides.
+
+    False if they are singular.
+    """
     for k in range(m):
         pivot = k
         for r in range(k + 1, m):
@@ -68,16 +71,17 @@ def eliminate(matrix: Array, m: int) -> bool:
                 pivot = r
         if matrix[pivot, k] == 0.0:
             return False
-        for column in range(k, m + 1):
+        for column in range(k, m + sides):
             matrix[k, column], matrix[pivot, column] = matrix[pivot, column], matrix[k, column]
         for r in range(k + 1, m):
             factor = matrix[r, k] / matrix[k, k]
-            for column in range(k + 1, m + 1):
+            for column in range(k + 1, m + sides):
                 matrix[r, column] -= factor * matrix[k, column]
-    for k in range(m - 1, -1, -1):
-        for column in range(k + 1, m):
-            matrix[k, m] -= matrix[k, column] * matrix[column, m]
-        matrix[k, m] /= matrix[k, k]
+    for side in range(m, m + sides):
+        for k in range(m - 1, -1, -1):
+            for column in range(k + 1, m):
+                matrix[k, side] -= matrix[k, column] * matrix[column, side]
+            matrix[k, side] /= matrix[k, k]
     return True
 
 

@@ -43,9 +43,7 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield from _of_nodal_model(s)
     if s.is_absolute:
         yield from _of_exact_beam(s)
-    elif s.solver.scheme == "energy-consistent":
-        yield "solver.scheme", 'only with discretization.method = "absolute"'
-    if s.solver.scheme == "time-stepping":
+    elif s.solver.scheme == "time-stepping":
         yield from _of_time_stepping(s)
     yield from _of_discretization(s)
     yield from _of_solver(s)
@@ -228,8 +226,8 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     if s.root.kind == "hub" and s.root.hub_radius > 0.0:
         words = f"{exact} turns with a hub of radius 0; a driven root may have a radius"
         yield "root.hub_radius", f'{words}; discretization.method = "fem" takes it'
-    if s.solver.scheme != "energy-consistent":
-        yield "solver.scheme", f'{exact} is marched by "energy-consistent" only, which is the default'
+    if s.solver.scheme != "time-stepping":
+        yield "solver.scheme", f'{exact} is marched by "time-stepping" only, which is the default'
 
 
 def _of_discretization(s: ScenarioModel) -> Iterator[tuple[str, str]]:

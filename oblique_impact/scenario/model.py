@@ -125,7 +125,7 @@ class ScenarioModel(InputSection):
     def _scheme_of_discretization(cls, solver: SolverSection, info: ValidationInfo) -> SolverSection:
         discretization = info.data.get("discretization", DiscretizationSection())
         if discretization.method == "absolute":
-            return solver.with_defaults(scheme="energy-consistent")
+            return solver.with_defaults(scheme="time-stepping")
         if not discretization.is_nodal:
             return solver.with_defaults(scheme="event")
         contact = info.data.get("contact", ContactSection())

@@ -5,8 +5,10 @@ Checks across sections are in :mod:`oblique_impact.scenario.consistency`.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -542,19 +544,21 @@ class DiscretizationSection(InputSection):
 class SolverSection(InputSection):
     """The marching scheme, its steps and tolerances."""
 
-    scheme: Literal["event", "fixed-step", "generalized-alpha", "time-stepping", "energy-consistent"] = key(
+    scheme: Literal["event", "fixed-step", "generalized-alpha", "time-stepping"] = key(
         "event",
-        "adaptive with located events, the paper's fixed steps, implicit generalized-alpha on elastic stops, "
-        "time-stepping for rigid contacts, one or many (of the full nodal model these two are the default), or "
-        "energy-consistent (that of absolute coordinates)",
+        "adaptive with located events, the paper's fixed steps, implicit generalized-alpha on elastic stops, or "
+        "time-stepping, for rigid contacts, one or many (of the full nodal model these two are the default), and "
+        "in absolute coordinates, whose energy it keeps",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10,
-        "relative tolerance of a step (event), of the iterations (generalized-alpha, "
-        "time-stepping, energy-consistent)",
+        "relative tolerance of a step (event; in absolute coordinates of one near obstacles), of the iterations "
+        "(generalized-alpha, time-stepping)",
     )
     free_step: Annotated[Positive, Unit("s")] = key(1e-4, "step in flight (all but event)")
-    contact_step: Annotated[Positive, Unit("s")] = key(1e-6, "step in contact (all but event)")
+    contact_step: Annotated[Positive, Unit("s")] = key(
+        1e-6, "step in contact (all but event); in absolute coordinates the shortest one"
+    )
     rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = key(
         0.8, "spectral radius of generalized-alpha at infinite frequency"
     )
@@ -576,8 +580,23 @@ class SolverSection(InputSection):
         1e-4, "interval of the samples; events are always kept exactly"
     )
 
+    @field_validator("scheme", mode="before")
+    @classmethod
+    def _earlier_scheme(cls, scheme: Any) -> Any:
+        """Read the name that the scheme of absolute coordinates has in files of version 0.2."""
+        if scheme != "energy-consistent":
+            return scheme
+        _notice('solver.scheme = "energy-consistent" is now called "time-stepping"')
+        return "time-stepping"
+
     @field_validator("stick", mode="before")
     @classmethod
     def _earlier_name(cls, stick: Any) -> Any:
         """Read the name that files of version 0.2 have."""
         return "projection" if stick == "arrest" else stick
+
+
+@cache
+def _notice(line: str) -> None:
+    # without a handler, logging writes it to standard error
+    logging.getLogger(__name__).warning("oblique-impact: %s", line)

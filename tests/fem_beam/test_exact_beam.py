@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance
-from oblique_impact.fem_beam.exact.exact_beam import BANDWIDTH, strains
+from oblique_impact.fem_beam.exact.exact_beam import strains
+from oblique_impact.kernels.band_rows import BANDWIDTH
 
 EI = 541.27
 #: a slender beam of unit length: radius of gyration 1e-4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -12,10 +12,10 @@ import pytest
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.beam.beam import Energies
 from oblique_impact.contact.state import State
-from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, exact_problem
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, exact_problem
 from oblique_impact.fem_beam.exact import simulate as simulate_exact
-from oblique_impact.fem_beam.exact.stop import PointOnBeam
+from oblique_impact.fem_beam.exact.exact_system import beam_of
+from oblique_impact.fem_beam.exact.stop import place_of, point_on_beam, take_rows
 from oblique_impact.history.samples import LAMBDA_N, gather
 from oblique_impact.marching.loop import Run
 from oblique_impact.marching.records import Record
@@ -52,29 +52,30 @@ def bent(seed: int) -> np.ndarray:
     return BEAM.straight(0.4) + 5e-3 * np.random.default_rng(seed).normal(size=BEAM.size)
 
 
-def point_at(q: np.ndarray, along: float, below: float = 0.01, side: float = 1.0) -> PointOnBeam:
+def point_at(q: np.ndarray, along: float, below: float = 0.01, side: float = 1.0) -> Any:
     """A peg below the beam, near the place `along`."""
     r = np.interp(along, BEAM.x, q[0::3]) + 1j * np.interp(along, BEAM.x, q[1::3])
-    return PointOnBeam(BEAM, 1, ElasticStop(1e6), (-1.0, 0.0), r - 1j * below, 2e-3, 5e-3, side)
+    return point_on_beam(r.real, r.imag - below, 2e-3, 5e-3, side)
 
 
 @pytest.mark.parametrize("along", [0.05, 0.3499, 0.5, 0.97, 1.05])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_point_moves_on_the_beam_as_its_rows_say(along, side):
     """The gap changes by its row times the step, also across elements; its rate is the derivative of the gap."""
-    q = bent(1)
+    q, beam = bent(1), BEAM.data
     point = point_at(q, along, side=side)
     v = np.random.default_rng(2).normal(size=BEAM.size)
+    normal, tangential = np.zeros((2, BEAM.size))
     for size in (1e-1, 1e-3):
-        rows = point.rows(q, q + size * v)
-        ends = [point.place(Stage(q + part * v, v)) for part in (0.0, size)]
-        assert rows.normal @ (size * v) == pytest.approx(ends[1].gap - ends[0].gap, rel=1e-11)
-    at, ahead, behind = (point.place(Stage(q + h * v, v)) for h in (0.0, 1e-6, -1e-6))
+        take_rows(beam, point, q, q + size * v, normal, tangential)
+        ends = [place_of(beam, point, q + part * v, v) for part in (0.0, size)]
+        assert normal @ (size * v) == pytest.approx(ends[1].gap - ends[0].gap, rel=1e-11)
+    at, ahead, behind = (place_of(beam, point, q + h * v, v) for h in (0.0, 1e-6, -1e-6))
     assert at.gap_rate == pytest.approx((ahead.gap - behind.gap) / 2e-6, rel=1e-6)
     # the middle of a step decides: its rows are those of the rate but for the square of the step
-    rows = point.rows(q - 1e-5 * v, q + 1e-5 * v)
-    assert rows.normal @ v == pytest.approx(at.gap_rate, rel=1e-6)
-    assert rows.tangential @ v == pytest.approx(at.slip_rate, rel=1e-6)
+    take_rows(beam, point, q - 1e-5 * v, q + 1e-5 * v, normal, tangential)
+    assert normal @ v == pytest.approx(at.gap_rate, rel=1e-6)
+    assert tangential @ v == pytest.approx(at.slip_rate, rel=1e-6)
 
 
 # --- runs
@@ -126,7 +127,7 @@ def pegs() -> History:
 
 def test_forces_at_their_places_turn_the_beam(pegs):
     """The angular momentum about the pin changes by the moments of weight and contact forces."""
-    beam = exact_problem(pegs.scenario).system.beam
+    beam = beam_of(pegs.scenario)
     q, v, time = pegs["q"].values, pegs["qd"].values, pegs["time"].values
     momentum = [beam.angular_momentum(a, b) for a, b in zip(q, v, strict=True)]
     weight = beam.weight(pegs.scenario.gravity)
@@ -190,8 +191,8 @@ def thrown(speed: float, extent: list[float]) -> Thrown:
     table = {"kind": "side", "origin": [0.0, -1e-6], "extent": extent, "stiffness": 1e4}
     keys = ("initial.angular_velocity=0", "end_time=0.008", "contact.friction=frictionless", "contact.grid=1")
     given = scenario(*keys, "solver.output_interval=1e-3", obstacles=[table])
-    problem = exact_problem(given, replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
-    beam = problem.system.beam
+    beam = beam_of(given, replace(ElasticSections.of(given), axial=lambda x: 1e5 + 0.0 * x))
+    problem = exact_problem(given, beam)
     problem.qd0[0::3] += speed * beam.x
     record = Run(problem).execute()
 

@@ -10,11 +10,10 @@ import pytest
 from oblique_impact import History, Outcome, Scenario, simulate
 from oblique_impact.beam_problem import Parts
 from oblique_impact.contact.friction import FrictionCurve
-from oblique_impact.contact.state import State
-from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.state import SLIDING, Candidate, State
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
-from oblique_impact.fem_beam.exact.stop import ClosedContact, NodeOnSide
+from oblique_impact.fem_beam.exact.stop import node_on_side, place_of, take_rows
 from oblique_impact.validation.runs import NEAR
 
 ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
@@ -75,17 +74,17 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
 def test_a_place_in_the_section_moves_as_its_rows_say():
     """However far the section turns within a step; and the rates are those rows in the limit of a short step."""
     beam = ExactBeam(np.array([0.0, 1.0]), ElasticSections.uniform(1e7, 1e7, 500.0, 1.0))
-    point = NodeOnSide(beam, 0, ElasticStop(1e6), (), 2, 0.3, (0.02, 0.1), fibre=-0.04)
-    q0, q1 = np.zeros((2, beam.size))
+    point = node_on_side(2, 0.3, 0.02, 0.1, fibre=-0.04)
+    q0, q1, normal, tangential = np.zeros((4, beam.size))
     q0[-3:], q1[-3:] = (0.3, 0.2, 0.5), (0.35, 0.1, 1.9)
-    places = [point.place(Stage(q, q)) for q in (q0, q1)]
-    rows = point.rows(q0, q1)
-    assert rows.gaps == pytest.approx([place.gap for place in places], rel=1e-13)
-    assert rows.normal @ (q1 - q0) == pytest.approx(places[1].gap - places[0].gap, rel=1e-13)
-    assert rows.tangential @ (q1 - q0) == pytest.approx(places[1].slip - places[0].slip, rel=1e-13)
+    places = [place_of(beam.data, point, q, q) for q in (q0, q1)]
+    ends = take_rows(beam.data, point, q0, q1, normal, tangential)
+    assert ends[:2] == pytest.approx([place.gap for place in places], rel=1e-13)
+    assert normal @ (q1 - q0) == pytest.approx(places[1].gap - places[0].gap, rel=1e-13)
+    assert tangential @ (q1 - q0) == pytest.approx(places[1].slip - places[0].slip, rel=1e-13)
     v = np.random.default_rng(1).normal(size=beam.size)
-    ahead, behind = (point.place(Stage(q0 + h * v, v)) for h in (1e-5, -1e-5))
-    now = point.place(Stage(q0, v))
+    ahead, behind = (place_of(beam.data, point, q0 + h * v, v) for h in (1e-5, -1e-5))
+    now = place_of(beam.data, point, q0, v)
     assert now.gap_rate == pytest.approx((ahead.gap - behind.gap) / 2e-5, rel=1e-8)
     assert now.slip_rate == pytest.approx((ahead.slip - behind.slip) / 2e-5, rel=1e-8)
 
@@ -191,21 +190,51 @@ def test_friction_over_slip_velocity_keeps_the_balance_and_its_law(law):
 def test_newtons_iterations_know_the_slope_of_friction():
     """On a drag that is as large as the inertia of a step they square their errors as on none."""
     beam = ExactBeam(np.array([0.0, 0.5, 1.0]), ElasticSections.uniform(1e7, 1e7, 500.0, 1.0))
-    point = NodeOnSide(beam, 0, ElasticStop(1e6), (), 4, 0.1, (0.0, 0.0))
+    point = node_on_side(4, 0.1)
     q = beam.straight(0.1)
     q[-2] -= 1e-3
     v = beam.turning(q, -0.5)
     v[0::3] += 0.3 * beam.x
     counts = []
     for slope in (0.0, -100.0):
-        contact = ClosedContact(point, 0.0, slope)
-        step = advance(beam, Stage(q, v), 1e-5, 0.0 * q, held=np.zeros(2), contacts=[contact])
+        contact = Candidate(state=SLIDING, compliant=1, stiffness=1e6, slope=slope)
+        step = advance(beam, Stage(q, v), 1e-5, 0.0 * q, held=np.zeros(2), contacts=[(point, contact)])
         counts.append(len(step.increments))
-        impulse, tangential, lost, _ = contact.gained(q, step.stage.q, 0.0, 1e-5)
-        slip = [point.place(stage).slip for stage in (Stage(q, v), step.stage)]
-        assert tangential == pytest.approx(slope * (slip[1] - slip[0]) / 1e-5 * impulse, rel=1e-9)
-        assert lost == pytest.approx(-tangential * (slip[1] - slip[0]) / 1e-5, rel=1e-9)
     assert max(counts) <= 4, counts
+
+
+# --- the length of steps
+
+
+def test_steps_in_contact_are_chosen_by_their_error():
+    """The error is their number's power -2, and their number the tolerance's power -1/3."""
+    words = [*ABSOLUTE, *NEAR, "discretization.elements=12", "contact.friction=frictionless", "end_time=0.006"]
+    words += ["beam.kelvin_voigt=1e-5", "solver.output_interval=1e-3"]
+    bounds = ["solver.contact_step=1e-7", "solver.free_step=1e-3"]
+    impulses, counts = [], []
+    for tolerance in (1e-7, 1e-8, 1e-9, 1e-12):
+        found = simulate(Scenario.builtin("paper", [*words, *bounds, f"solver.tolerance={tolerance}"]))
+        assert abs(found.balance["unaccounted"]) < 1e-11
+        impulses.append(found.contacts[0].normal_impulse)
+        counts.append(found.summary["steps"])
+    errors = np.abs(np.array(impulses[:-1]) / impulses[-1] - 1.0)
+    assert errors[-1] < 1e-4
+    orders = np.log(errors[:-1] / errors[1:]) / np.log(np.divide(counts[1:-1], counts[:-2]))
+    assert np.all((orders > 1.6) & (orders < 2.6)), (errors, counts)
+    assert 1.7 < counts[2] / counts[1] < 2.5
+    bounded = simulate(Scenario.builtin("paper", [*words, "solver.contact_step=1e-4", "solver.free_step=1e-4"]))
+    assert bounded.summary["steps"] < 80
+
+
+def test_a_gap_that_closes_and_opens_within_a_step_is_found():
+    """The tip of a turning beam grazes a ceiling for three milliseconds, in steps of up to ten."""
+    ceiling = ["slope.origin=[0, 0.999999]", f"slope.angle={np.pi}", f"initial.angle={0.5 * np.pi - 0.02}"]
+    words = [*ABSOLUTE, "contact.friction=frictionless", "discretization.elements=2", *ceiling, "gravity=0"]
+    words += ["initial.angular_velocity=1", "end_time=0.04", "solver.output_interval=0.04"]
+    steps = ["solver.contact_step=1e-3", "solver.free_step=1e-2", "solver.tolerance=1e-2"]
+    found = simulate(Scenario.builtin("paper", [*words, *steps]))
+    assert found.summary["rejected_steps"] > 0
+    assert found.contacts[0].start == pytest.approx(0.02 - np.sqrt(2e-6), abs=5e-5)
 
 
 # --- forces along the beam

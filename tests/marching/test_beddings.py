@@ -89,22 +89,22 @@ def test_places_that_slide_over_the_end_of_a_bed_lose_their_force_without_a_jump
     assert abs(found.balance["unaccounted"]) < 1e-9
 
 
-@pytest.mark.parametrize("scheme", ["generalized-alpha", "fixed-step", "energy-consistent"])
+@pytest.mark.parametrize("scheme", ["generalized-alpha", "fixed-step", "time-stepping"])
 def test_other_schemes_find_the_same_forces_and_account_for_the_energy(scheme):
     """All nodes of a mesh by generalized-alpha are all of its modes where events are located."""
     keys, alike = ("contact.grid=16", "end_time=0.052", "solver.free_step=1e-5", "solver.contact_step=4e-6"), ()
     if scheme == "generalized-alpha":
         mesh = "contact.grid=8", "discretization.method=fem", "discretization.elements=8"
         keys, alike = (*mesh, *keys[1:], "discretization.modes=0"), (*mesh, keys[1], "discretization.modes=16")
-    if scheme == "energy-consistent":
+    if scheme == "time-stepping":
         mesh = "discretization.method=absolute", "discretization.frame=tangent", "discretization.elements=8"
         keys = keys[1], "contact.grid=8", *mesh, "solver.free_step=2e-4", "solver.contact_step=2e-5"
     found = slide(*keys, f"solver.scheme={scheme}")
     force = found["contact_lambda_n"].values
     np.testing.assert_allclose(force, by_law(found), rtol=1e-6, atol=1e-6)
     assert force.max() > 50.0
-    assert abs(found.balance["unaccounted"]) < (1e-12 if scheme == "energy-consistent" else 1e-7)
-    if scheme != "energy-consistent":
+    assert abs(found.balance["unaccounted"]) < (1e-12 if scheme == "time-stepping" else 1e-7)
+    if scheme != "time-stepping":
         located = slide(*(alike or keys[:2]))
         impulses = [sum(c.normal_impulse for c in history.contacts) for history in (found, located)]
         assert impulses[0] == pytest.approx(impulses[1], rel=1e-5)
@@ -114,7 +114,7 @@ MODES = "discretization.modes=3", "contact.grid=8"
 ELEMENTS = "discretization.method=fem", "discretization.modes=4", "discretization.elements=8", "contact.grid=8"
 NODES = "discretization.method=fem", "discretization.modes=0", "discretization.elements=8", "contact.grid=8"
 EXACT = (
-    *("discretization.method=absolute", "discretization.elements=8", "solver.scheme=energy-consistent"),
+    *("discretization.method=absolute", "discretization.elements=8"),
     *("discretization.frame=tangent", "solver.free_step=2e-4", "solver.contact_step=2e-5", "contact.grid=8"),
 )
 FIXED = "solver.free_step=1e-5", "solver.contact_step=4e-6"

@@ -260,3 +260,10 @@ def test_the_earlier_name_of_the_stick_projection_is_read():
     assert Scenario.from_toml(text.replace('"projection"', '"arrest"')) == Scenario.from_toml(text)
     with refused_in_one_line("solver.stick", "'arrested'", "projection"):
         Scenario.from_toml(text.replace('"projection"', '"arrested"'))
+
+
+def test_the_earlier_name_of_the_scheme_of_absolute_coordinates_is_read(caplog):
+    """The resolved file has the new one, and a line says so."""
+    words = "discretization.method=absolute", "contact.normal=spring", "solver.scheme=energy-consistent"
+    assert 'scheme = "time-stepping"' in Scenario.builtin("paper", words).to_toml()
+    assert '"energy-consistent" is now called "time-stepping"' in caplog.text
