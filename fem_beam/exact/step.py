@@ -356,7 +356,7 @@ def advance(
     viscosity : float
         Kelvin-Voigt damping (s).
     contacts : sequence of pairs
-        Records of :data:`~oblique_impact.fem_beam.exact.stop.TOUCHING` with the states and laws of the contacts.
+        Records ``TOUCHING`` of the module ``stop``, with the states and laws of the contacts.
     tolerance : float
         Increment at which the iterations end, relative to the length and to 1 rad.
 
