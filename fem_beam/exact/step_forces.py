@@ -82,21 +82,38 @@ def mean_resultants(s: Array, f0: Array, f1: Array, relaxation: float) -> tuple[
     return complex(axial, shear), s[BENDING] * (before * f0[CURVATURE] + after * f1[CURVATURE])
 
 
+class StepMeans(NamedTuple):
+    """Means of a step at a Gauss point, of which its forces are products."""
+
+    turn: complex  # of exp(i phi)
+    slope: complex  # of r'
+    quotient: complex  # of exp(i phi) over phi, see `divided_difference`
+    rate: complex  # its derivative by phi at the end
+    force: complex  # N + i Q (N)
+    moment: float  # N m
+
+
+@inlined
+def means_of(s: Array, f0: Array, f1: Array, relaxation: float) -> StepMeans:
+    """Return the means of a step at a Gauss point between two states."""
+    turn0, turn1 = complex(f0[COSINE], f0[SINE]), complex(f1[COSINE], f1[SINE])
+    quotient, rate = divided_difference(turn0, turn1, f1[ROTATION] - f0[ROTATION])
+    force, moment = mean_resultants(s, f0, f1, relaxation)
+    slope = complex(0.5 * (f0[X_SLOPE] + f1[X_SLOPE]), 0.5 * (f0[Y_SLOPE] + f1[Y_SLOPE]))
+    return StepMeans(0.5 * (turn0 + turn1), slope, quotient, rate, force, moment)
+
+
 @jitable
 def add_forces(beam: BeamData, begun: Array, ended: Array, relaxation: float, forces: Array) -> None:
     """Add the internal forces of a step between two states at Gauss points to `forces` (3 n,)."""
     for e in range(begun.shape[0]):
         k = 2 * NODE * e
         for g in range(2):
-            f0, f1, s = begun[e, g], ended[e, g], beam.sections[e, g]
-            turn0, turn1 = complex(f0[COSINE], f0[SINE]), complex(f1[COSINE], f1[SINE])
-            quotient, _ = divided_difference(turn0, turn1, f1[ROTATION] - f0[ROTATION])
-            n, moment = mean_resultants(s, f0, f1, relaxation)
-            slope = complex(0.5 * (f0[X_SLOPE] + f1[X_SLOPE]), 0.5 * (f0[Y_SLOPE] + f1[Y_SLOPE]))
-            force = s[WEIGHT] * 0.5 * (turn0 + turn1) * n
-            pushed = n * quotient
-            turning = s[WEIGHT] * (pushed.real * slope.real + pushed.imag * slope.imag)
-            bending = s[WEIGHT] * moment
+            s = beam.sections[e, g]
+            mean = means_of(s, begun[e, g], ended[e, g], relaxation)
+            force, pushed = s[WEIGHT] * mean.turn * mean.force, mean.force * mean.quotient
+            turning = s[WEIGHT] * (pushed.real * mean.slope.real + pushed.imag * mean.slope.imag)
+            bending = s[WEIGHT] * mean.moment
             for a in range(3):
                 h, d = beam.shapes[e, g, a], beam.slopes[e, g, a]
                 forces[k + 3 * a] += d * force.real
@@ -111,22 +128,20 @@ def add_tangent(beam: BeamData, begun: Array, ended: Array, relaxation: float, r
     for e in range(begun.shape[0]):
         k = 2 * NODE * e
         for g in range(2):
-            f0, f1, s = begun[e, g], ended[e, g], beam.sections[e, g]
-            turn0, turn1 = complex(f0[COSINE], f0[SINE]), complex(f1[COSINE], f1[SINE])
-            quotient, rate = divided_difference(turn0, turn1, f1[ROTATION] - f0[ROTATION])
-            n, _ = mean_resultants(s, f0, f1, relaxation)
-            slope = complex(0.5 * (f0[X_SLOPE] + f1[X_SLOPE]), 0.5 * (f0[Y_SLOPE] + f1[Y_SLOPE]))
-            mean, back, w = 0.5 * (turn0 + turn1), turn1.conjugate(), s[WEIGHT]
+            f1, s = ended[e, g], beam.sections[e, g]
+            mean, turn, w = means_of(s, begun[e, g], f1, relaxation), complex(f1[COSINE], f1[SINE]), s[WEIGHT]
+            back = turn.conjugate()
             # derivatives of the strain by x', y' and phi, then of the resultants, forces and moment
             by_phi = -1j * back * complex(f1[X_SLOPE], f1[Y_SLOPE])
             n_x = share * complex(s[AXIAL] * back.real, s[SHEAR] * back.imag)
             n_y = share * complex(-s[AXIAL] * back.imag, s[SHEAR] * back.real)
             n_phi = share * complex(s[AXIAL] * by_phi.real, s[SHEAR] * by_phi.imag)
-            f_x, f_y, f_phi = w * mean * n_x, w * mean * n_y, w * (mean * n_phi + 0.5j * turn1 * n)
-            along, pushed = slope.conjugate(), n * quotient
-            m_x = w * ((n_x * quotient * along).real + 0.5 * pushed.real)
-            m_y = w * ((n_y * quotient * along).real + 0.5 * pushed.imag)
-            m_phi = w * ((n_phi * quotient + n * rate) * along).real
+            f_x, f_y = w * mean.turn * n_x, w * mean.turn * n_y
+            f_phi = w * (mean.turn * n_phi + 0.5j * turn * mean.force)
+            along, pushed = mean.slope.conjugate(), mean.force * mean.quotient
+            m_x = w * ((n_x * mean.quotient * along).real + 0.5 * pushed.real)
+            m_y = w * ((n_y * mean.quotient * along).real + 0.5 * pushed.imag)
+            m_phi = w * ((n_phi * mean.quotient + mean.force * mean.rate) * along).real
             bending = w * share * s[BENDING]
             for a in range(3):
                 ha, da, i = beam.shapes[e, g, a], beam.slopes[e, g, a], k + 3 * a

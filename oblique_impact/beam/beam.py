@@ -259,7 +259,7 @@ class Beam:
 
     @cached_property
     def compliance(self) -> Compliance | None:
-        """What the beam yields between all places of contact, without mass; None if it yields nothing."""
+        """Compliance of the beam between all places of contact, without mass; None if it has none."""
         s, sides = self.scenario, np.array([place.on_side for place in self.candidates])
         across, along = self._residual_flexibility(), self._axial_flexibility()
         if across is None and along is None:

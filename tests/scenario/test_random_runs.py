@@ -15,7 +15,6 @@ import pytest
 
 from oblique_impact import History, InputError, Outcome, Scenario, simulate
 from oblique_impact.contact.state import State
-from oblique_impact.scenario.sections import ContactSection
 
 LENGTH, HALF_DEPTH, SPEED = 1.0, 0.01, 4.0  # m, m, rad/s
 
@@ -71,6 +70,7 @@ FEATURES: dict[str, dict[str, dict[str, Any]]] = {
         "spring": {"contact": {"normal": "spring", "stiffness": 1e5}},
         "damped spring": {"contact": {"normal": "spring", "stiffness": 1e5, "damping": 0.5}},
         "bed": {"contact": {"normal": "spring"}},
+        "linear damping": {"contact": {"normal": "spring", "stiffness": 1e5, "linear_damping": 20.0}},
     },
     "impact": {
         "plastic": {},
@@ -115,10 +115,6 @@ FEATURES: dict[str, dict[str, dict[str, Any]]] = {
         },
     },
 }
-if "linear_damping" in ContactSection.model_fields:
-    FEATURES["stop"]["linear damping"] = {
-        "contact": {"normal": "spring", "stiffness": 1e5, "linear_damping": 20.0}
-    }
 #: features whose choices are all as likely; of others half are plain
 LEVEL = {"where", "stop", "friction"}
 LOADS = {"masses", "forces"}
@@ -271,10 +267,12 @@ def faults(history: History) -> Iterator[str]:
     gaps = gaps_of_places(history)
     if c.normal == "rigid" and c.point_inertia == "kept" and not -gaps.min() <= PENETRATION[scheme]:
         yield f"{-gaps.min():.2g} m of penetration"
-    undamped = (
-        c.damping == getattr(c, "linear_damping", 0.0) == 0.0
-    )  # a damper lets go of a stop that is pressed in
-    if c.normal == "spring" and undamped and not np.all(normal[gaps < -SPEED * STEP] > 0.0):
+    # what the modes leave out of the beam bends a place away from its stop under the forces at others
+    left_out = c.normal == "spring" and c.residual_flexibility and not (s.is_nodal or s.is_absolute)
+    bends_away = left_out and gaps.shape[1] > 1
+    undamped = c.damping == c.linear_damping == 0.0  # a damper lets go of a stop that is pressed in
+    pressed = normal[gaps < -SPEED * STEP]
+    if c.normal == "spring" and undamped and not bends_away and not np.all(pressed > 0.0):
         yield f"no force at a depth of {-gaps[normal == 0.0].min():.2g} m"
     if not normal.min() >= 0.0:
         yield f"a tension of {-normal.min():.2g} N"
@@ -286,7 +284,6 @@ def faults(history: History) -> Iterator[str]:
     if not outside <= 1e-6 * largest:
         yield f"a force {outside:.2g} N outside of its cone"
     # axial flexibility, places without inertia and what the modes leave out slip by more than the coordinates do
-    left_out = c.normal == "spring" and c.residual_flexibility and not (s.is_nodal or s.is_absolute)
     slides = (history["contact_state"].values != State.STICK) & (c.point_inertia == "kept")
     slides &= not (c.axial_flexibility or left_out)
     driven = float((along * slip * slides).max())
@@ -304,6 +301,12 @@ def faults(history: History) -> Iterator[str]:
         yield "events out of order"
 
 
+def can_be_unheld(given: dict[str, Any]) -> bool:
+    """Whether there may be no equilibrium: the end slides off a slope that ends, or a force lifts the beam."""
+    ends = bool(given.get("slope", {}).get("extent"))
+    return ends or any(force.get("table") for force in given.get("forces", []))
+
+
 def check(cases: Iterable[int]) -> None:
     """Run scenarios: none is at fault, and nine in ten touch something."""
     found, touched = [], []
@@ -311,13 +314,17 @@ def check(cases: Iterable[int]) -> None:
         _, given, _ = allowed(case)
         try:
             history = simulate(Scenario.from_dict(given))
+        except InputError as error:
+            if "equilibrium" not in str(error) or not can_be_unheld(given):
+                found.append(f"{error}: {json.dumps(given)}")
+            continue
         except Exception as error:
             found.append(f"{type(error).__name__} {error}: {json.dumps(given)}")
             continue
         touched.append(bool(history.contacts))
         found += [f"{fault}: {json.dumps(given)}" for fault in faults(history)]
     assert found == [], "\n".join(found)
-    assert np.mean(touched) >= 0.9
+    assert touched.count(False) <= 1
 
 
 @pytest.mark.parametrize("batch", range(4))
