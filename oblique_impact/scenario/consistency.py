@@ -206,11 +206,6 @@ def _of_time_stepping(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 
 def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     exact = "the beam in absolute coordinates"
-    if s.contact.enabled and s.contact.normal != "spring":
-        yield (
-            "contact.normal",
-            f'{exact} meets an elastic stop only: contact.normal = "spring", as stiff as need be',
-        )
     if not s.contact.shortening:
         yield "contact.shortening", f"{exact} has no contact point without its shortening; leave this key out"
     for name in ("mass_proportional", "modal_damping_ratio"):
