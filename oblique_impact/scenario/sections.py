@@ -536,9 +536,14 @@ class DiscretizationSection(InputSection):
         return self.method == "fem" and self.modes == 0
 
     @property
+    def in_modes(self) -> bool:
+        """Whether the beam is one of `modes` modes, not of all its nodes."""
+        return not self.is_nodal and self.method != "absolute"
+
+    @property
     def contact_parts(self) -> int:
         """Parts of the beam at whose ends it can touch sides, unless `contact.grid` says how many."""
-        return min(self.elements, MAX_GRID) if self.is_nodal or self.method == "absolute" else PARTS
+        return PARTS if self.in_modes else min(self.elements, MAX_GRID)
 
 
 class SolverSection(InputSection):
