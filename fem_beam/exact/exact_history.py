@@ -163,7 +163,7 @@ class _Frame:
         self._recoveries: dict[frozenset[int], Array] = {}
 
     def _forces_of_last_steps(self, samples: Samples) -> _Forces:
-        """Return the mean forces of the steps that end at the samples, with which contact forces are in balance."""
+        """Return the mean forces of the steps that end at the samples, as contact forces are."""
         n, viscosity = len(self.pairs), self.scenario.beam.kelvin_voigt
         length = np.concatenate([segment.step for segment in self.record.segments])
         begins = ~(length > 0.0)  # no step has been taken

@@ -64,7 +64,15 @@ class MeanStep(NamedTuple):
     def new(cls, elements: int) -> MeanStep:
         """Allocate it."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
-        arrays = np.zeros(d), np.zeros(fields), np.zeros(fields), np.zeros(d), np.zeros(NODE), new_rows(d), np.ones(2)
+        arrays = (
+            np.zeros(d),
+            np.zeros(fields),
+            np.zeros(fields),
+            np.zeros(d),
+            np.zeros(NODE),
+            new_rows(d),
+            np.ones(2),
+        )
         return cls(*arrays)
 
 

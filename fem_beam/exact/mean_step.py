@@ -7,7 +7,6 @@ that lead there, and what their equations leave is the force of the drive.
 
 from __future__ import annotations
 
-
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.exact_system import (
     LENGTH,
@@ -95,7 +94,9 @@ def factor_effective(
 
 
 @jitable
-def solve_effective(model: ExactModel, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool) -> None:
+def solve_effective(
+    model: ExactModel, rank_one: float, w: Workspace, slot: int, contacts: Contacts, closed: bool
+) -> None:
     """Increments of q'' by the residual."""
     step, held, residual, x = model.step, model.numbers.held, w.vectors[RESIDUAL], w.vectors[INCREMENT]
     copy(residual, x)

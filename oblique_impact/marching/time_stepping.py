@@ -153,7 +153,7 @@ class StepBuffers(NamedTuple):
     log: Array  # (rows, 21) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
     resumed: Array  # (n, 9) what is counted at the start of a run
-    begun: Array  # (d + 3 n + 1,) what it reports there, see `TimeSteppingScheme.extra_state`; NaN: nothing goes on
+    begun: Array  # (d + 3 n + 1,) what it reports there, see `extra_state`; NaN: no contact goes on
     factored: Array  # (3,) s, step of each effective matrix
     latest: Array  # (1,) s, of the last change in the log, behind which none is
     staggered: Array  # (d,) coordinates q0 + h v0/2
@@ -781,7 +781,7 @@ class TimeSteppingScheme(Scheme):
     decides = True
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
-        """Acceleration, contact forces, length (s) and states of the last step and counts of contacts: see `COUNTED`."""
+        """Of the last step: acceleration, contact forces, length (s), states; and counts, see `COUNTED`."""
         return size + 1 + (3 + COUNTED) * contacts
 
     def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:

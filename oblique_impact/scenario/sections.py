@@ -553,7 +553,7 @@ class SolverSection(InputSection):
         "event",
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha on elastic stops, or "
         "time-stepping, for rigid contacts, one or many (of the full nodal model these two are the default), and "
-        "in absolute coordinates, whose energy it keeps",
+        "in absolute coordinates, whose energy it keeps, on elastic stops with located events",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10,
