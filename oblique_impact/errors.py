@@ -80,7 +80,7 @@ class Outcome(Enum):
     LARGE_DEFLECTION = (
         "large-deflection",
         "The deflection exceeded half of the beam's length, where small-deflection theory does not hold; use "
-        'discretization.method = "absolute", which is exact there on elastic stops, or a stiffer beam.',
+        'discretization.method = "absolute", which is exact there, or a stiffer beam.',
     )
     DIVERGED = (
         "diverged",

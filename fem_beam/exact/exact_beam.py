@@ -175,6 +175,18 @@ class ExactBeam:
         bending = self._stiffness[2] * (at.curvature + viscosity * rate.curvature)
         return Resultants(self._force(strains(at) + viscosity * strain_rate), bending)
 
+    def mean_resultants(self, q0: Array, q1: Array, relaxation: Array) -> Resultants:
+        """Mean section forces of steps from q0 to q1, each (..., elements, 2).
+
+        `relaxation` is Kelvin-Voigt damping over the length of the step, as in :meth:`step_forces`, of any shape
+        that goes with these.
+        """
+        at0, at1 = self.fields(q0), self.fields(q1)
+        one, other = strains(at0), strains(at1)
+        curvature = 0.5 * (at0.curvature + at1.curvature) + relaxation * (at1.curvature - at0.curvature)
+        force = self._force(0.5 * (one + other) + relaxation * (other - one))
+        return Resultants(force, self._stiffness[2] * curvature)
+
     def _force(self, strain: np.ndarray[Any, Any]) -> Complex:
         axial, shear, _ = self._stiffness
         return np.asarray(axial * strain.real + 1j * shear * strain.imag)

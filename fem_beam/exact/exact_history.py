@@ -153,11 +153,26 @@ class _Frame:
         )
         self.q, self.v, self.states = samples.q, samples.qd, samples.each
         self.places = _places_of(run.problem.system, self.q, self.v)
-        self.forces = self._kept_forces(run)
-        self.samples = self._with_stick(samples, run.decision.friction.static or 0.0)
+        if run.problem.scheme.decides:
+            self.forces, self.samples = self._forces_of_last_steps(samples), samples
+        else:
+            self.forces = self._kept_forces(run)
+            self.samples = self._with_stick(samples, run.decision.friction.static or 0.0)
         self.sections = Sections.from_scenario(s)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
+
+    def _forces_of_last_steps(self, samples: Samples) -> _Forces:
+        """Return the mean forces of the steps that end at the samples, as contact forces are."""
+        n, viscosity = len(self.pairs), self.scenario.beam.kelvin_voigt
+        length = np.concatenate([segment.step for segment in self.record.segments])
+        begins = ~(length > 0.0)  # no step has been taken
+        h = np.where(begins, 1.0, length)[:, None]
+        before = self.q - h * (self.v - 0.5 * h * samples.qdd)
+        found = self.beam.mean_resultants(before, self.q, viscosity / h[:, :, None])
+        at_once = self.beam.resultants(self.q[begins], self.v[begins], viscosity)
+        found.force[begins], found.moment[begins] = at_once
+        return _Forces(*found, np.zeros((len(h), n)))
 
     def _kept_forces(self, run: Run) -> _Forces:
         """Return the forces of steps at the samples; at the last of one time, those of the steps behind it."""

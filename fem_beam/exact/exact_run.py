@@ -7,11 +7,13 @@ import numpy as np
 from oblique_impact.beam.base_motion import base_motion_of
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, decision_about
+from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, decision_about, scheme_of
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
 from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
 from oblique_impact.fem_beam.exact.exact_system import beam_of, hand_over_of, model_of
+from oblique_impact.fem_beam.exact.mean_step import SteppedModel
 from oblique_impact.marching.problem import Problem
+from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -24,9 +26,14 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
     solver, driven = scenario.solver, scenario.root.kind == "driven"
     motion = parts.base_motion or base_motion_of(scenario.root)
     model = model_of(scenario, beam, motion)
-    near = NEAR * scenario.beam.length if scenario.contact.enabled else -np.inf
-    shortest = min(solver.contact_step, solver.free_step)
-    scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance)
+    scheme: Scheme
+    if scenario.contact.enabled and scenario.contact.normal == "rigid":
+        model, scheme, hand_over = SteppedModel(*model), scheme_of(scenario), {}
+    else:
+        near = NEAR * scenario.beam.length if scenario.contact.enabled else -np.inf
+        shortest = min(solver.contact_step, solver.free_step)
+        scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance)
+        hand_over = hand_over_of(model.touchings)
     tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
     q = beam.straight(scenario.initial.angle)
     speed = motion.at(0.0).speed if driven else scenario.initial.angular_velocity
@@ -41,5 +48,5 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
         breakpoints=(*model.jumps.tolist(), *(model.shaking.breakpoints if model.shaking else ())),
-        hand_over=hand_over_of(model.touchings),
+        hand_over=hand_over,
     )

@@ -13,9 +13,10 @@ from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
-from oblique_impact.fem_beam.exact.step_forces import NODE, BeamData
+from oblique_impact.fem_beam.exact.step_forces import FIELDS, NODE, BeamData
 from oblique_impact.fem_beam.exact.stop import TOUCHING, node_on_side, place_of, point_on_beam
 from oblique_impact.fem_beam.mesh import mesh_of
+from oblique_impact.kernels.band_rows import new_rows
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import (
@@ -44,6 +45,37 @@ EXACT_NUMBERS = np.dtype(
 )
 
 
+# `MeanStep.times`
+LENGTH, MIDDLE = range(2)
+
+
+class MeanStep(NamedTuple):
+    """The step that has begun."""
+
+    q: Array  # (d,) at its start
+    begun: Array  # (elements, 2, 8) state at Gauss points there
+    ended: Array  # and at its end, as far as iterations have come
+    load: Array  # (d,) mean forces from outside
+    moved: Array  # (3,) displacements of the prescribed unknowns, m and rad
+    rows: Array  # (d + 8, 17) derivatives of the forces by the end, and their factors
+    times: Array  # (2,) s, its length and its middle
+
+    @classmethod
+    def new(cls, elements: int) -> MeanStep:
+        """Allocate it."""
+        d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
+        arrays = (
+            np.zeros(d),
+            np.zeros(fields),
+            np.zeros(fields),
+            np.zeros(d),
+            np.zeros(NODE),
+            new_rows(d),
+            np.ones(2),
+        )
+        return cls(*arrays)
+
+
 class _ExactData(NamedTuple):
     """The beam with its root and its places of contact, constant during a run."""
 
@@ -55,6 +87,7 @@ class _ExactData(NamedTuple):
     jumps: Array  # (k,) s, at which the root's motion is not smooth
     drive: Law | None  # angle (rad) of a driven root over time, in the place of a spin-up
     shaking: Shaking | None  # of the base; None if it stands still
+    step: MeanStep  # of time-stepping with rigid obstacles
 
 
 @jitable
@@ -182,6 +215,7 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
         np.array(motion.breakpoints if driven else (), dtype=float),
         motion.drive_angle if driven else None,
         shaking,
+        MeanStep.new(len(beam.points)),
     )
 
 

@@ -150,12 +150,7 @@ def take_rows(beam: BeamData, touching: Any, q0: Array, q1: Array, normal: Array
     for j in range(q0.shape[0]):  # the row is about to be filled: until then the middle of the step
         tangential[j] = 0.5 * (q0[j] + q1[j])
     at = _find(beam, touching, tangential)
-    tangential[:] = 0.0
-    for a in range(3):
-        across, along, turning = _local(touching, at, a)
-        j = NODE * (at.first + a)
-        normal[j], normal[j + 1], normal[j + 2] = across.real, across.imag, turning[0]
-        tangential[j], tangential[j + 1], tangential[j + 2] = along.real, along.imag, turning[1]
+    _take_gradients(touching, at, normal, tangential)
     gap0, gap1 = _gap(touching, begun), _gap(touching, ended)
     # on all nodes whose elements the place has been in
     first = NODE * min(begun.first, ended.first, at.first)
@@ -170,6 +165,15 @@ def take_rows(beam: BeamData, touching: Any, q0: Array, q1: Array, normal: Array
             scale = length if j % NODE < 2 else 1.0
             normal[j] += left / square * (q1[j] - q0[j]) / scale**2
     return Ends(gap0, gap1, -begun.x, -ended.x)
+
+
+@jitable
+def rows_at(beam: BeamData, touching: Any, q: Array, normal: Array, tangential: Array) -> None:
+    """Put a contact at an instant into rows (3 n,): its rates over those of q."""
+    if touching.on_side:
+        take_rows(beam, touching, q, q, normal, tangential)
+    else:
+        _take_gradients(touching, _find(beam, touching, q), normal, tangential)
 
 
 # --- a point on the beam
@@ -225,6 +229,17 @@ def _from_point(touching: Any, q: Array, node: int) -> complex:
 def _ahead(r: complex, phi: float) -> float:
     """Return t . r, how far (m) a place is ahead of the point."""
     return float(np.cos(phi) * r.real + np.sin(phi) * r.imag)
+
+
+@jitable
+def _take_gradients(touching: Any, at: _Found, normal: Array, tangential: Array) -> None:
+    """Put the gradients of gap and material's place along the tangent into rows (3 n,)."""
+    normal[:], tangential[:] = 0.0, 0.0
+    for a in range(3):
+        across, along, turning = _local(touching, at, a)
+        j = NODE * (at.first + a)
+        normal[j], normal[j + 1], normal[j + 2] = across.real, across.imag, turning[0]
+        tangential[j], tangential[j + 1], tangential[j + 2] = along.real, along.imag, turning[1]
 
 
 @jitable

@@ -44,6 +44,7 @@ from oblique_impact.kernels.banded import (
     solve_band,
     solve_band_columns,
 )
+from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import (
@@ -658,6 +659,7 @@ class NodalModel(_NodalData):
     __slots__ = ()
     described = "the full nodal model"
 
+    begin_step = DenseAlgebra.begin_step
     evaluate = evaluate_nodal
     solve_mass = solve_nodal_mass
     take_residual = take_nodal_residual

@@ -117,6 +117,9 @@ class DenseAlgebra:
         solve_dense(w.matrices[FACTOR], v[FORCES], v[FREE_ACCELERATION], contacts, closed)
         return True
 
+    def begin_step(self: Any, t: float, h: float, q: Array, w: Workspace) -> None:
+        """Do nothing: forces are those at an instant."""
+
     def take_residual(self: Any, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:  # noqa: D102
         e: Evaluation = self.evaluate(t, q, qd, w)
         forces, residual = w.vectors[FORCES], w.vectors[RESIDUAL]

@@ -42,6 +42,9 @@ class System(Protocol):
         False if the mass matrix is not positive definite.
         """
 
+    def begin_step(self, t: float, h: float, q: Array, w: Workspace) -> None:
+        """Begin an implicit step of the length h (s) from t and q, of which residuals may hold means."""
+
     def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:
         """Evaluate and fill the residual Q - M q''."""
 

@@ -604,4 +604,5 @@ class Run:
         else:  # which count forces and places themselves
             segment.stored[:] = self._steps.held(states)
             segment.depth[:] = self._steps.compressed(states)
+            segment.step[:] = self._steps.lengths(states)
         self.record.segments.append(segment)

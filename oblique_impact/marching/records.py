@@ -25,6 +25,7 @@ class Segment(NamedTuple):
     stored: Array  # (samples,) J, in elastic stops and the flexibility behind the contacts
     stretched: Array  # (samples,) J, in the axial flexibility behind the friction, which is taken to have lost it
     each: NDArray[np.int8]  # (samples, n) state of each contact
+    step: Array  # (samples,) s, length of the step that ends there, if steps decide states; 0: none does
 
 
 @dataclass

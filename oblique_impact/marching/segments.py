@@ -48,7 +48,8 @@ def segment_of(
         names = "gap", "slip", "rest_compression", "rest_force"
         stored += law.energies(*(found.column(name)[:, i] for name in names))
     nearest = _nearest(sides, ends, found.contacts)
-    return Segment(times, states, found, nearest, depth, stored, _stretched(present, found), each)
+    no_steps = np.zeros(len(times))
+    return Segment(times, states, found, nearest, depth, stored, _stretched(present, found), each, no_steps)
 
 
 def _stretched(present: Sequence[Candidate], found: Observation) -> Array:

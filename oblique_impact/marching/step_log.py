@@ -89,6 +89,10 @@ class StepLog:
             found[codes == code] = int(state)
         return found
 
+    def lengths(self, y: Array) -> Array:
+        """Return the lengths (s) of the steps that end at state vectors (samples, ny), 0 if none does."""
+        return np.nan_to_num(y[:, -(1 + COUNTED) * self._n - 1])
+
     def held(self, y: Array) -> Array:
         """Return the energy (J) that stops and body hold, (samples,)."""
         return np.asarray(y[:, -COUNTED * self._n :][:, HELD::COUNTED].sum(axis=1))

@@ -153,7 +153,7 @@ class StepBuffers(NamedTuple):
     log: Array  # (rows, 21) changes of states
     logged: NDArray[np.int64]  # (1,) number of rows
     resumed: Array  # (n, 9) what is counted at the start of a run
-    begun: Array  # (d + 3 n,) accelerations, contact forces and states there; NaN: no contact goes on
+    begun: Array  # (d + 3 n + 1,) what it reports there, see `extra_state`; NaN: no contact goes on
     factored: Array  # (3,) s, step of each effective matrix
     latest: Array  # (1,) s, of the last change in the log, behind which none is
     staggered: Array  # (d,) coordinates q0 + h v0/2
@@ -180,7 +180,7 @@ class StepBuffers(NamedTuple):
             np.zeros((STEPS_PER_CALL * n, LOGGED + COUNTED)),
             np.zeros(1, dtype=np.int64),
             np.zeros((n, COUNTED)),
-            np.full(size + 3 * n, np.nan),
+            np.full(size + 3 * n + 1, np.nan),
             np.zeros(EFFECTIVE_SLOTS),
             np.zeros(1),
             np.zeros(size),
@@ -476,6 +476,7 @@ def _take_push(stepper: TimeStepper, m: int, h: float) -> None:
 def _solve_step(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y: Array) -> SteppingSolution:
     """Iterate to the end of a step, with as much restitution as gives no energy."""
     b, d, trial = stepper.buffers, stepper.buffers.acceleration.shape[0], 0
+    stepper.system.begin_step(t, h, y[:d], stepper.scratch.work)
     while True:
         for k in range(b.impulses.shape[0]):
             b.impulses[k] = 0.0
@@ -518,9 +519,10 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
     before, after = y[2 * d :], y_new[2 * d :]
     tail = QUADRATURES + OF_A_CONTACT * n
     copy(before, after)
-    for k in range(tail + d, tail + d + 3 * n):
+    forces, states = tail + d, tail + d + 2 * n + 1
+    for k in range(forces, states + n):
         after[k] = 0.0
-    counts = after[tail + d + 3 * n :]
+    counts, after[states - 1] = after[states + n :], h
     after[DAMPING_LOSS] += h * stepper.system.damping_at(end - 0.5 * h, s.at[:d], s.at[d : 2 * d], w)
     after[SUPPLIED] += h * supplied
     push_body(yielding, h, b.impulses, b.closed, m)
@@ -552,15 +554,16 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             state = (
                 STUCK  # at the edge of its cone too: which contacts are there is rounding if they are redundant
             )
-        counted, forces = counts[COUNTED * i : COUNTED * (i + 1)], tail + d + 2 * i
+        counted = counts[COUNTED * i : COUNTED * (i + 1)]
         if state != b.states[i]:
-            t = _time_of_change(stepper, k, m, state, end, h, gap_rate, before[forces], counted[STEPS])
+            force = before[forces + 2 * i]
+            t = _time_of_change(stepper, k, m, state, end, h, gap_rate, force, counted[STEPS])
             _log(stepper, i, state, t, end, gap_rate, slip_rate_after, before, counted)
         lost += plastic + friction
         rebounds = rebounds or b.rebounds[i] > 0.0
         closes = b.states[i] == OPEN and state != OPEN
         b.rebounds[i] = b.restitution * max(-gap_rate, 0.0) if closes else 0.0
-        after[forces], after[forces + 1] = normal / h, tangential / h
+        after[forces + 2 * i], after[forces + 2 * i + 1] = normal / h, tangential / h
         b.states[i] = state
         own = QUADRATURES + OF_A_CONTACT * i
         if yielding.elastic:
@@ -594,7 +597,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
             _end_on_stop(stepper, i, h, 0.0, each[i].gap_rate, 0.0, after)
         if not b.in_problem[i]:
             b.rebounds[i] = 0.0
-        after[tail + d + 2 * n + i] = b.states[i]
+        after[states + i] = b.states[i]
     if stepper.yields:
         damping, scheme = end_yielding(yielding, h, b.impulses, b.closed, m)
         after[DAMPING_LOSS] += damping
@@ -778,8 +781,8 @@ class TimeSteppingScheme(Scheme):
     decides = True
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:
-        """Acceleration, contact forces and states over the last step and counts of contacts: see `COUNTED`."""
-        return size + (3 + COUNTED) * contacts
+        """Of the last step: acceleration, contact forces, length (s), states; and counts, see `COUNTED`."""
+        return size + 1 + (3 + COUNTED) * contacts
 
     def fill_extra_state(self, prepared: Prepared, y: Array, extra: Array) -> None:
         """Begin to count, with the forces of contacts that go on."""
@@ -816,7 +819,7 @@ class TimeSteppingScheme(Scheme):
             b.log[b.logged[0]] = [*began, *b.resumed[i]]
             b.logged[0] += 1
             contacts.take(i, contacts.of(i).changed(gap=at.gap, slip=at.slip, gap_rate=at.gap_rate))
-        b.begun[d + 2 * b.states.size :] = b.states
+        b.begun[d + 2 * b.states.size + 1 :] = b.states
         y = b.yielding
         if y.body is not None or y.elastic:
             for i in earlier:

@@ -43,7 +43,7 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield from _of_nodal_model(s)
     if s.is_absolute:
         yield from _of_exact_beam(s)
-    elif s.solver.scheme == "time-stepping":
+    if s.solver.scheme == "time-stepping":
         yield from _of_time_stepping(s)
     yield from _of_discretization(s)
     yield from _of_solver(s)
@@ -206,11 +206,8 @@ def _of_time_stepping(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 
 def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     exact = "the beam in absolute coordinates"
-    if s.contact.enabled and s.contact.normal != "spring":
-        yield (
-            "contact.normal",
-            f'{exact} meets an elastic stop only: contact.normal = "spring", as stiff as need be',
-        )
+    if s.contact.enabled and s.contact.point_inertia == "none":
+        yield "contact.point_inertia", f'should be "kept": all places of {exact} have inertia'
     if not s.contact.shortening:
         yield "contact.shortening", f"{exact} has no contact point without its shortening; leave this key out"
     for name in ("mass_proportional", "modal_damping_ratio"):

@@ -116,7 +116,7 @@ RULES = (
         lambda s: s.contact.normal == "spring",
         _SPRING,
     ),
-    Rule("contact", "residual_flexibility", lambda s: not (s.is_nodal or s.is_absolute), _MODES),
+    Rule("contact", "residual_flexibility", lambda s: s.discretization.in_modes, _MODES),
     Rule(
         "contact",
         "shortening",

@@ -536,9 +536,14 @@ class DiscretizationSection(InputSection):
         return self.method == "fem" and self.modes == 0
 
     @property
+    def in_modes(self) -> bool:
+        """Whether the beam is one of `modes` modes, not of all its nodes."""
+        return not self.is_nodal and self.method != "absolute"
+
+    @property
     def contact_parts(self) -> int:
         """Parts of the beam at whose ends it can touch sides, unless `contact.grid` says how many."""
-        return min(self.elements, MAX_GRID) if self.is_nodal or self.method == "absolute" else PARTS
+        return PARTS if self.in_modes else min(self.elements, MAX_GRID)
 
 
 class SolverSection(InputSection):
@@ -548,7 +553,7 @@ class SolverSection(InputSection):
         "event",
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha on elastic stops, or "
         "time-stepping, for rigid contacts, one or many (of the full nodal model these two are the default), and "
-        "in absolute coordinates, whose energy it keeps",
+        "in absolute coordinates, whose energy it keeps, on elastic stops with located events",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10,

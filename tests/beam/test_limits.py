@@ -27,7 +27,7 @@ STRIP = (
 def said(*changes: str, most=3) -> str:
     """The one line about a run of the paper's case, "" for none."""
     scenario = Scenario.builtin("paper", changes)
-    lines = friction_warnings(scenario, most) + impact_warnings(beam_of(scenario), most)
+    lines = friction_warnings(scenario, most) + impact_warnings(scenario, most, beam_of(scenario))
     assert len(lines) <= 1
     return "".join(lines)
 

@@ -125,7 +125,7 @@ REFUSED = [
     ("discretization.frame", f"{NODAL} {DRIVEN} discretization.frame=mean-axis", "a pin or a hub of radius 0"),
     ("discretization.kinetics", f"{NODAL} discretization.kinetics=full", 'is "first-order"'),
     ("beam.modal_damping_ratio", f"{NODAL} beam.modal_damping_ratio=0.1", "no modes to damp"),
-    ("contact.normal", "discretization.method=absolute", "meets an elastic stop only"),
+    ("contact.point_inertia", "discretization.method=absolute contact.point_inertia=none", "have inertia"),
     ("contact.shortening", f"{ABSOLUTE} contact.shortening=false", "leave this key out"),
     ("beam.mass_proportional", f"{ABSOLUTE} beam.mass_proportional=0.1", "use beam.kelvin_voigt"),
     ("beam.modal_damping_ratio", f"{ABSOLUTE} beam.modal_damping_ratio=0.1", "use beam.kelvin_voigt"),

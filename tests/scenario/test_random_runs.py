@@ -226,8 +226,9 @@ DRIVEN = {"event": 1e-9, "generalized-alpha": 1e-8}
 
 
 def method_of(history: History) -> str:
-    """Return the scheme, or "exact": the exact beam locates transitions and keeps its energy."""
-    return "exact" if history.scenario.is_absolute else history.scenario.solver.scheme
+    """Return the scheme, or "exact": on elastic stops the exact beam locates transitions."""
+    s = history.scenario
+    return "exact" if s.is_absolute and s.contact.normal == "spring" else s.solver.scheme
 
 
 def gaps_of_places(history: History) -> np.ndarray:
@@ -259,7 +260,7 @@ def faults(history: History) -> Iterator[str]:
     turn = float((np.abs(np.diff(slip, axis=0)) * (normal[1:] > 0.0)).max())
     if history.outcome not in PHYSICAL:
         yield f"ended as {history.outcome.label}: {history.summary['message']}"
-    if not abs(energy["unaccounted"]) <= UNACCOUNTED[scheme]:
+    if not abs(energy["unaccounted"]) <= UNACCOUNTED["exact" if s.is_absolute else scheme]:
         yield f"{energy['unaccounted']:.2g} J unaccounted for"
     for name in ("impact", "friction", "damping"):
         if not energy[f"lost_{name}"] >= -UNACCOUNTED[scheme]:

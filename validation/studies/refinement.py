@@ -287,7 +287,7 @@ def declared_orders(axis: str, scenario: Scenario, quantities: Sequence[str]) ->
     generalized-alpha is of its order in flight and on springs.  Forces and counts get none.
     """
     rigid = scenario.contact.enabled and scenario.contact.normal == "rigid"
-    if axis == "elements" and scenario.discretization.modes > 0:
+    if axis == "elements" and scenario.discretization.in_modes:
         order = 4.0
     elif axis == "steps" and scenario.solver.scheme == "generalized-alpha" and not rigid:
         order = float(SCHEMES["generalized-alpha"].order)

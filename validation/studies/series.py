@@ -73,7 +73,9 @@ def _tolerances(scenario: Scenario, level: float) -> Scenario:
 
 
 def _elements(scenario: Scenario, level: float) -> Scenario:
-    changed = {"discretization__method": "fem", "discretization__elements": int(level)}
+    changed: dict[str, object] = {"discretization__elements": int(level)}
+    if scenario.discretization.method == "modal":
+        changed["discretization__method"] = "fem"
     is_given = "grid" in scenario.contact.model_fields_set
     if is_given and 1 < scenario.contact.grid == scenario.discretization.elements:
         changed["contact__grid"] = int(level)  # a place of contact on each node
@@ -170,7 +172,7 @@ class RefinementSeries:
     @property
     def within(self) -> str:
         """In what it refines at a fixed number of modes, "" if it adds modes or elements."""
-        if self.axis == "elements" and self.finest.discretization.modes > 0:
+        if self.axis == "elements" and self.finest.discretization.in_modes:
             return " in the mesh"
         return AXES[self.axis].within
 

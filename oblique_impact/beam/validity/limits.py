@@ -110,24 +110,24 @@ def friction_warnings(s: Scenario, most: int) -> list[str]:
     ]
 
 
-def impact_warnings(beam: Beam, most: int) -> list[str]:
+def impact_warnings(s: Scenario, most: int, beam: Beam | None = None) -> list[str]:
     """Return a warning if what follows the first touch-down has no limit, or damping is not resolved.
 
-    `most` says how often a run meets stops in a macro-collision, see :func:`most_meetings`.
+    `most` says how often a run meets stops in a macro-collision, see :func:`most_meetings`.  A `beam` in modes
+    says how many it has.
     """
     if not most:
         return []
-    s = beam.scenario
     damping = s.beam.kelvin_voigt
     damped = damping > 0.0 or s.beam.mass_proportional > 0.0 or s.beam.modal_damping_ratio > 0.0
     if not (is_stiff(s) or (most > _MANY_CONTACTS and not damped)):
         return []
     if damping > 0.0:
-        if damping >= _resolved_damping(beam) * (1.0 - 1e-9):
+        if damping >= _resolved_damping(s, beam) * (1.0 - 1e-9):
             return []
         return [
             f"beam.kelvin_voigt: {damping:g} s is not resolved by {_resolution(s)}: {_NOT_DETERMINED}; "
-            f"it takes {_size_to_resolve(beam, damping)}"
+            f"it takes {_size_to_resolve(s, beam, damping)}"
         ]
     under = "under a beam without Kelvin-Voigt damping"
     if s.contact.normal == "rigid":
@@ -140,7 +140,7 @@ def impact_warnings(beam: Beam, most: int) -> list[str]:
     if frequency > 0.0:
         light = light_damping(s)
         share = f"{50.0 * light * frequency:.2g} % of critical in its first bending mode"
-        text += f" ({light:g} s is {share} and takes {_size_to_resolve(beam, light)})"
+        text += f" ({light:g} s is {share} and takes {_size_to_resolve(s, beam, light)})"
     return [text if s.contact.normal != "rigid" else f'{text}, or contact.normal = "spring", an elastic stop']
 
 
@@ -277,28 +277,30 @@ def elastic_stops(s: Scenario) -> list[tuple[float, float]]:
 def _resolution(s: Scenario) -> str:
     """Return the number of modes or elements of a scenario as text."""
     how = s.discretization
-    return counted(how.elements, "element") if s.is_nodal else counted(how.modes, "mode")
+    return counted(how.modes, "mode") if how.in_modes else counted(how.elements, "element")
 
 
 def _more_elements(s: Scenario, factor: float) -> str:
     return f"about {math.ceil(s.discretization.elements * factor)} elements"
 
 
-def _resolved_damping(beam: Beam) -> float:
+def _resolved_damping(s: Scenario, beam: Beam | None) -> float:
     """Kelvin-Voigt damping (s) that the discretization just resolves."""
-    o, s = beam.operators, beam.scenario
-    if not s.is_nodal:
-        return _RESOLVED / float(o.natural_frequencies()[-1])
-    stiffness, mass = o.sections.bending_stiffness(s.contact.point), o.sections.mass_per_length(s.contact.point)
-    return o.largest_element**2 / (math.pi**2 * float(np.sqrt(stiffness / mass)))
+    if beam is not None and s.discretization.in_modes:
+        return _RESOLVED / float(beam.operators.natural_frequencies()[-1])
+    from oblique_impact.fem_beam.mesh import mesh_of  # which is built on `beam`
+
+    sections, point = Sections.from_scenario(s), s.contact.point
+    longest = float(np.max(np.diff(np.sort(mesh_of(s, sections).p[0]))))
+    stiffness, mass = sections.bending_stiffness(point), sections.mass_per_length(point)
+    return longest**2 / (math.pi**2 * float(np.sqrt(stiffness / mass)))
 
 
-def _size_to_resolve(beam: Beam, damping: float) -> str:
+def _size_to_resolve(s: Scenario, beam: Beam | None, damping: float) -> str:
     """Return how many modes or elements resolve a Kelvin-Voigt damping (s), as text."""
-    s = beam.scenario
-    if s.is_nodal:
-        return _more_elements(s, math.sqrt(_resolved_damping(beam) / damping))
-    return _modes(s, modes_to_resolve_damping(s, damping))
+    if s.discretization.in_modes:
+        return _modes(s, modes_to_resolve_damping(s, damping))
+    return _more_elements(s, math.sqrt(_resolved_damping(s, beam) / damping))
 
 
 def modes_to_resolve_damping(s: Scenario, damping: float) -> int:

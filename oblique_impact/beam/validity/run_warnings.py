@@ -50,12 +50,10 @@ def run_warnings(
     beam : Beam, optional
         Its model of small deflections; None of the exact beam, which bends as far as it likes.
     """
-    of_model, without_limit = list[str](), unconverged_results(scenario)
+    most = most_meetings(scenario, contacts, summary["macro_collisions"])
+    of_impacts = of_model = impact_warnings(scenario, most, beam)
+    without_limit = ALL if of_impacts else unconverged_results(scenario)
     if beam is not None:
-        most = most_meetings(scenario, contacts, summary["macro_collisions"])
-        of_impacts = impact_warnings(beam, most)
-        if of_impacts:
-            without_limit = ALL
         of_model = [
             *deflection_warnings(beam, variables),
             *friction_warnings(scenario, most),

@@ -158,5 +158,5 @@ def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]
     return [
         f"largest deflection {deflection:.3g} m, {100.0 * share:.2g} % of the length, {root}: the "
         f"small-deflection model ({d.kinetics} kinetics, {d.frame} frame) is off {words}; "
-        'discretization.method = "absolute" is exact (on elastic stops)'
+        'discretization.method = "absolute" is exact'
     ]
