@@ -263,11 +263,13 @@ def rest(balance: Balance, start: Array, hold: Hold | None = None) -> Rest:
             continue
         move, forces = _descend(balance, here, bend)
         size = balance.size(move)
-        if size <= _ROUNDING:
-            raise _unheld(balance)
+        before, closed = closed, (forces > 0.0) & balance.elastic & ~here.fixed
+        if size <= _ROUNDING:  # stops that hold a straight beam from both sides close without a step
+            if np.array_equal(before, closed):
+                raise _unheld(balance)
+            continue
         last = min(size, _LONGEST)
         q[free] += move * last / size
-        closed = (forces > 0.0) & balance.elastic & ~here.fixed
     words = "no equilibrium is found from initial.angle: nothing holds the beam"
     raise refused("initial.state", beam.scenario.initial.state, words)
 

@@ -1,7 +1,8 @@
 """Small vibrations about the equilibrium of a scenario, with the contacts that are closed there.
 
 About coordinates at rest the marched model is M x'' + C x' + K x = 0 with the tangent stiffness K of elasticity,
-weight and elastic contacts, which are their springs in series with what the coordinates leave out of the beam.
+weight, forces fixed in space and elastic contacts, which are their springs in series with what the coordinates
+leave out of the beam.  That a force across the beam turns with it is left out: K would not be symmetric.
 Rigid contacts are supports, R x = 0 with the rows R of their gaps; so are contacts that are stuck with those of
 their slips, but on the axial flexibility, which is a spring.  With x = Z y, R Z = 0, the eigenvalues s of
 

@@ -346,6 +346,10 @@ class BeamGeometry:
         inner = {point.place: point for point in self.sections.masses if point.place < self.scenario.beam.length}
         return list(inner.values())
 
+    def disc(self, place: float) -> float:
+        """Radius (m) of the disc of the point masses at a place (m); those without mass, which turn alone, too."""
+        return self.sphere(place) or self.thickness * float(self.sections.fibre_distance(place))
+
     def applied_forces(self, k: float) -> tuple[Array, Array]:
         """Return places (forces, 3) and values (forces, 2) in the inertial frame (N) of forces on the beam."""
         forces = forces_of(self.scenario)

@@ -397,8 +397,7 @@ class MassDisc:
     """A point mass inside of the span: a disc across the plane of motion, with the radius of its sphere."""
 
     def __init__(self, view: View, geometry: BeamGeometry, place: float) -> None:
-        # one without mass turns alone
-        radius = geometry.sphere(place) or geometry.thickness * float(geometry.sections.fibre_distance(place))
+        radius = geometry.disc(place)
         height = 2.2 * geometry.half_width
         self._mesh = pv.Cylinder(direction=(0.0, 0.0, 1.0), radius=radius, height=height, resolution=40)
         self._own = np.array(self._mesh.points)

@@ -24,6 +24,7 @@ ORDER = (
     "stops",
     "cantilever",
     "campbell",
+    "roller",
     "own_laws",
     "own_system",
 )

@@ -18,7 +18,7 @@ from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
-from oblique_impact.beam.point_forces import PointForces, forces_of
+from oblique_impact.beam.point_forces import PointForces, force_in_frame, forces_of
 from oblique_impact.beam.residual_flexibility import FlexibilityAlong, flexibility_along, residual_flexibility
 from oblique_impact.beam.shaking import Shaking, shaking_of, weight_in_frame
 from oblique_impact.contact.compliance import Compliance
@@ -217,9 +217,15 @@ class Beam:
         """Return the forces on the beam with the shape functions where they act; None if there are none."""
         if self.forces is None:
             return None
-        at = (self._along.at(place) for place in self.forces.places)
-        tables = np.array([np.vstack([shortening, values, slopes]) for values, slopes, shortening in at])
+        tables = np.array(
+            [np.vstack([shortening, values, slopes]) for values, slopes, shortening in self._shapes_at_forces]
+        )
         return floating_frame.Loads(self.forces, Places(self._loaded_places(self.forces), tables, None))
+
+    @cached_property
+    def _shapes_at_forces(self) -> list[tuple[Array, Array, Array]]:
+        """Shape functions, slopes (n,) and H (n, n) at the places of forces."""
+        return [self._along.at(place) for place in self.forces.places] if self.forces is not None else []
 
     def _loaded_places(self, forces: PointForces) -> Any:
         """Return records of the places of forces, on the axis."""
@@ -404,10 +410,15 @@ class Beam:
     def rest_stiffness(self, q: Array) -> Array:
         """Return the tangent stiffness (d, d) at rest and t = 0, in the coordinates q (d,) that are marched.
 
-        These are the second derivatives of elastic energy and weight, with a shaken base of the inertia force too,
+        These are the second derivatives of elastic energy, weight and forces fixed in space, with a shaken base of
+        the inertia force too,
 
             V = 1/2 B^T K B + 1/2 k (theta + Phi'(0) B - theta_0)^2
                 + g (sin theta (Sm - 1/2 B^T D B) + cos theta P.B)
+                - F_x (r + x_f - 1/2 B^T H_f B) - F_y Phi(x_f).B
+
+        with each force in the axes of the frame, which turn under it.  Forces across the beam have no potential:
+        what they change as they turn with it is left out.
         """
         o, kept, found = self.operators, self.foreshortening, np.zeros((self.operators.size + 1,) * 2)
         theta, B = (part := self.split(q))[0], part[1:]
@@ -419,7 +430,21 @@ class Beam:
         if _is_on_spring(self.scenario):
             turn = np.append(1.0, o.root_slope)
             found += self.scenario.root.stiffness * np.outer(turn, turn)
+        if self.forces is not None:
+            self._add_forces_fixed_in_space(self.forces, theta, B, found)
         return self._marched(found)
+
+    def _add_forces_fixed_in_space(self, forces: PointForces, theta: float, B: Array, stiffness: Array) -> None:
+        for i, (values, _, shortening) in enumerate(self._shapes_at_forces):
+            if forces.each[i].follows:
+                continue
+            fx, fy = force_in_frame(forces, i, 0.0, theta, 0.0)
+            bent = self.foreshortening * shortening @ B
+            along = self.scenario.root.hub_radius + forces.each[i].x - 0.5 * B @ bent
+            stiffness[0, 0] += fx * along + fy * (values @ B)
+            stiffness[0, 1:] += fx * values + fy * bent
+            stiffness[1:, 0] += fx * values + fy * bent
+            stiffness[1:, 1:] += fx * self.foreshortening * shortening
 
     def held_stiffness(self, spring: float) -> Array:
         """Return the stiffness (d, d) of a weightless beam whose frame is on a spring (N m/rad)."""

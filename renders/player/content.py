@@ -94,7 +94,11 @@ def content_of(story: Story, number: int = 0) -> Content:
     rates, rate = np.unique([float(f"{rate:.3g}") for rate in course.rate_at(times[samples])], return_inverse=True)
     arrow, zones = _arrows(geometry, samples), _zones(geometry, samples)
     axis_places, faces = _places(geometry, samples)
-    tails = (faces - 1.2 * ARROW * length * arrow).reshape(-1, 2)  # of the arrows
+    loaded, applied = _applied(geometry, samples)
+    # of the arrows
+    tails = np.concatenate(
+        [(at - 1.2 * ARROW * length * a).reshape(-1, 2) for at, a in ((faces, arrow), (loaded, applied))]
+    )
     arrays: dict[str, NDArray[Any]] = {
         "time": times[samples],
         "film": film,
@@ -103,6 +107,7 @@ def content_of(story: Story, number: int = 0) -> Content:
         "place": axis_places,
         "offset": faces - axis_places,
         "arrow": arrow,
+        "applied": applied,
         "zone": zones[:, :, :2],
         "close": np.array([geometry.close_contact(k) for k in samples]),
         "trace": np.searchsorted(path, path - _TRACE * length),
@@ -129,6 +134,8 @@ def content_of(story: Story, number: int = 0) -> Content:
         "touch_radius": geometry.touch_radius,
         "on_axis": scenario.contact_fibre == 0.0,
         "mass_radius": geometry.mass_radius,
+        "masses": [{"place": m.place, "radius": geometry.disc(m.place)} for m in geometry.inner_masses],
+        "loaded": [force.place for force in scenario.acting_forces],
         "flat_end": geometry.flat_end,
         "states": [one.name for one in State],
         "ramp": [to_hex(ramp(k / 255.0)) for k in range(256)],
@@ -190,6 +197,18 @@ def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:
     with np.errstate(over="ignore", invalid="ignore"):
         arrow = force / np.sqrt(np.maximum(size, 1e-300) * (geometry.peak_force or 1.0))
     return np.asarray(np.nan_to_num(arrow, posinf=0.0, neginf=0.0))
+
+
+def _applied(geometry: BeamGeometry, samples: Integers) -> tuple[Array, Array]:
+    """Return where forces on the beam act and their directions, each (frames, forces, 2).
+
+    They are as long as the roots of their sizes over the peak.
+    """
+    if not geometry.scenario.acting_forces:
+        return np.zeros((samples.size, 0, 2)), np.zeros((samples.size, 0, 2))
+    places, forces = (np.array(part) for part in zip(*map(geometry.applied_forces, samples), strict=True))
+    size = np.linalg.norm(forces, axis=2)[:, :, None]
+    return places[:, :, :2], forces / np.sqrt(np.maximum(size, 1e-300) * geometry.peak_applied)
 
 
 def _zones(geometry: BeamGeometry, samples: Integers) -> Array:

@@ -136,3 +136,72 @@ def test_the_command_prints_the_modes_and_draws_them(tmp_path, cli):
         code, _, error = cli("modes", "elastic-stop", *options)
         assert code == 2
         assert words in error
+
+
+def under_axial_load(load, count):
+    """Frequencies (rad/s) of a cantilever whose tip is pressed along the beam by a force fixed in space.
+
+    E I w'''' + P w'' = m omega^2 w with w = w' = 0 at the clamp, w'' = w''' + P/(E I) w' = 0 at the tip.
+    """
+
+    def equation(x):
+        half = math.sqrt(0.25 * load**2 + x * x)
+        a, b = math.sqrt(half - 0.5 * load), math.sqrt(half + 0.5 * load)
+        sh, ch, s, c = math.sinh(a), math.cosh(a), math.sin(b), math.cos(b)
+        # of cosh a x - cos b x and sinh a x/a - sin b x/b
+        bent = [a * a * ch + b * b * c, a * sh + b * s]
+        sheared = [a**3 * sh - b**3 * s + load * (a * sh + b * s), a * a * ch + b * b * c + load * (ch - c)]
+        return bent[0] * sheared[1] - bent[1] * sheared[0]
+
+    x = np.arange(0.01, 40.0, 0.01)
+    found = [brentq(equation, a, b) for a, b in pairwise(x) if equation(a) * equation(b) < 0.0]
+    return np.array(found[:count]) * UNIT
+
+
+@pytest.mark.parametrize(
+    ("discretization", "close"),
+    [({"modes": 24}, 1e-5), ({"method": "fem", "elements": 32, "modes": 24}, 1e-5), (NODAL, 1e-6)],
+)
+@pytest.mark.parametrize("load", [-5.0, 1.5])  # over E I/L^2: pulled, and pressed with 0.6 of what buckles it
+def test_a_force_fixed_in_space_along_the_beam_moves_its_frequencies(discretization, close, load):
+    pressed = {"force": load * STIFFNESS, "direction": 0.3 - math.pi}
+    scenario = clamped(initial={"angle": 0.3}, forces=[pressed], discretization=discretization)
+    found = frequencies_at_rest(scenario, 2)
+    assert found.frequencies == pytest.approx(under_axial_load(load, 2), rel=close)
+
+
+def test_a_cantilever_has_no_frequency_left_where_it_buckles():
+    """f1^2 falls to 0 at pi^2 E I/(4 L^2), in proportion to what is left; beyond it the straight beam falls."""
+    euler = 0.25 * math.pi**2 * STIFFNESS
+    scenario = clamped(forces=[{"force": euler, "direction": math.pi}])
+    squares = [
+        frequencies_at_rest(scenario.replace(forces__1__force=part * euler), 1).frequencies[0] ** 2
+        for part in (0.999, 0.9999)
+    ]
+    assert squares[0] / squares[1] == pytest.approx(10.0, rel=1e-3)
+    with pytest.raises(InputError, match=r"^initial\.state = 'equilibrium': there is no equilibrium"):
+        frequencies_at_rest(scenario.replace(forces__1__force=1.001 * euler), 1)
+
+
+def test_a_stiff_beam_that_a_force_fixed_in_space_pulls_is_a_pendulum():
+    """A force F at x_f swings a rod on its pin about its own direction: omega^2 = F x_f/(m L^3/3)."""
+    rod = Scenario.builtin("paper", ["beam.youngs_modulus=1e16", "contact.enabled=false", "initial.angle=0.2"])
+    rod = rod.replace(gravity=0.0, forces=[{"force": 5.0, "place": 0.6, "direction": 0.5}])
+    assert frequencies_at_rest(rod, 1).frequencies == pytest.approx([math.sqrt(5.0 * 0.6 * 3.0 / MASS)], rel=1e-8)
+
+
+@pytest.mark.parametrize("model", [{"modes": 3}, {"method": "fem", "elements": 4, "modes": 0}])
+def test_a_run_swings_with_the_frequencies_of_the_pressed_and_bent_beam(model):
+    """A beam that a force fixed in space has pushed aside and along: the marched model, plucked a little."""
+    forces = [{"force": 1.2 * STIFFNESS, "direction": math.pi + 0.1}]
+    still = {"forces": forces, "discretization": model}
+    (omega,) = frequencies_at_rest(clamped(**still), 1).frequencies
+    solver = {"free_step": 1e-3} if "method" in model else {"output_interval": 1e-3}
+    still |= {"solver": solver, "end_time": 8.0 * math.pi / omega}
+    start = {"angle": 0.0, "state": "plucked", "place": 1.0}
+    left, right = (simulate(clamped(**still, initial=start | {"deflection": w})) for w in (1e-5, -1e-5))
+    swing, times = left["deflection"].values - right["deflection"].values, left["time"].values
+    shapes = np.stack([np.cos(omega * times), np.sin(omega * times)], axis=1)
+    (cos, sin), *_ = np.linalg.lstsq(shapes, swing, rcond=None)
+    assert cos == pytest.approx(2e-5, rel=0.1)
+    assert abs(sin) < 0.02 * cos  # what a frequency 0.2 % off would be

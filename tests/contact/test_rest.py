@@ -170,6 +170,23 @@ def test_a_beam_is_bent_over_a_peg_and_a_side_that_it_begins_inside_of():
     assert both.gaps[both.closed] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("model", ["modes", "nodal"])
+def test_two_pegs_that_press_on_a_straight_beam_from_both_sides_hold_it_straight(model):
+    """Nothing bends: the search has no step to take, and each peg has its spring times what it is inside of."""
+    pegs = [{"kind": "point", "origin": [0.5, side * 0.009], "radius": 0.01} for side in (-1.0, 1.0)]
+    held = cantilever(
+        gravity=0.0,
+        slope={"enabled": False},
+        contact={"where": "anywhere", "normal": "spring", "stiffness": 1e3, "friction": "frictionless"},
+        discretization=MODELS[model],
+        obstacles=pegs,
+    )
+    _, deflections, found = at_rest(held)
+    assert found.closed == [0, 1]
+    assert found.forces == pytest.approx([1.0, 1.0], rel=1e-9)
+    assert deflections == pytest.approx(0.0, abs=1e-15)
+
+
 REFUSED = [
     ("contact.enabled=false gravity=0", "there is no equilibrium that is stable: nothing holds the beam"),
     ("root.kind=hub root.torque=100 contact.enabled=false", "no equilibrium is found"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from io import BytesIO
+from itertools import pairwise
 from typing import get_args
 
 import numpy as np
@@ -122,6 +123,36 @@ def test_a_page_has_no_number_that_is_not_finite(run, changes):
     for name in ("time", "film", "axis", "place", "offset", "arrow"):
         assert np.isfinite(content.arrays[name].astype("f4")).all(), name
     assert not any("nan" in chart.svg or "inf" in chart.svg for chart in content.charts)
+
+
+LOADED = (
+    "paper",
+    "contact.enabled=false",
+    "end_time=0.1",
+    "masses=[{place=0.4,mass=0.4},{place=0.7,inertia=0.01},{mass=0.1}]",
+    "forces=[{place=0.55,force=20,frequency=8},{force=-5,direction=1.5}]",
+)
+
+
+def test_masses_and_forces_on_the_beam_are_drawn_where_they_are(run):
+    """Inner masses as discs, that at the tip as part of the beam; arrows as long as the roots of forces."""
+    history = run(*LOADED)
+    content = content_of(story_of([history]))
+    assert [mass["place"] for mass in content.facts["masses"]] == [0.4, 0.7]
+    sphere = (0.75 * 0.4 / (np.pi * 2766.7)) ** (1.0 / 3.0)
+    assert content.facts["masses"][0]["radius"] == pytest.approx(sphere)
+    assert content.facts["loaded"] == [0.55, 1.0]
+    time, (pushed, dead) = content.arrays["time"], np.moveaxis(content.arrays["applied"], 1, 0)
+    now = 20.0 * np.sin(2.0 * np.pi * 8.0 * time)
+    np.testing.assert_allclose(np.linalg.norm(pushed, axis=1), np.sqrt(np.abs(now) / 20.0), atol=1e-9)
+    samples, stations = np.searchsorted(history["time"].values, time), history["station"].values
+    slopes = np.gradient(history["uy"].values[samples], stations, axis=1)
+    turned = history["theta"].values[samples] + [np.interp(0.55, stations, slope) for slope in slopes]
+    across = np.stack([-np.sin(turned), np.cos(turned)], axis=1)
+    some = np.abs(now) > 1.0
+    unit = pushed[some] / np.linalg.norm(pushed[some], axis=1)[:, None]
+    np.testing.assert_allclose(unit, np.sign(now[some])[:, None] * across[some], atol=2e-3)
+    np.testing.assert_allclose(dead, np.tile(-0.5 * np.array([np.cos(1.5), np.sin(1.5)]), (time.size, 1)))
 
 
 # In a browser -------------------------------------------------------------------------------------------------
@@ -269,6 +300,20 @@ def test_links_open_it_at_a_time_in_a_theme_and_colours(page, files):
     assert (text(page, "state"), now(page)) == ("STICK", pytest.approx(0.62, abs=2e-3))
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
     assert page.locator("#colour").input_value() == "axial_force"
+
+
+def test_the_page_draws_masses_and_forces(page, files):
+    """Each of them changes the picture, by about its own size."""
+    show(page, files("paper", "light", *LOADED[1:]))
+    pictures = []
+    for removed in ("", "masses", "loaded"):
+        if removed:
+            page.evaluate(f"player.runs[0].facts.{removed} = []")
+        seek(page, 0.02)
+        seek(page, 0.03)
+        pictures.append(np.array(Image.open(BytesIO(page.locator("#scene").screenshot())).convert("RGB")))
+    for (before, after), least in zip(pairwise(pictures), (300, 150), strict=True):
+        assert least < np.count_nonzero((before != after).any(axis=2)) < 20 * least
 
 
 def test_two_runs_are_side_by_side_at_one_time_in_pictures_of_one_scale(page, run, tmp_path):

@@ -309,6 +309,34 @@ def test_keys_that_stand_for_each_other_are_named(tmp_path):
     assert abs(result.tables["correlation"].iloc[0, 1]) == pytest.approx(1.0, abs=1e-6)
 
 
+def test_a_mass_its_place_and_a_clamp_come_from_ranges_with_units(tmp_path):
+    heavy = RIG.replace(masses=[{"place": 0.15, "mass": 0.02}], discretization__modes=6)
+    data = rows_of_modes(tmp_path / "f.csv", heavy, 4)
+    ranges = ["masses.1.mass=5 g:50 g", "masses.1.place=12 cm:200 mm", "root.stiffness=0.002 kN m/rad:20"]
+    guess = heavy.replace(masses__1__mass=0.03, masses__1__place=0.16, root__stiffness=3.0)
+    result = fit(guess, data, vary=ranges, starts=1, workers=1)
+    for key, true in {"masses.1.mass": 0.02, "masses.1.place": 0.15, "root.stiffness": 5.0}.items():
+        assert result[key].value == pytest.approx(true, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("start", "vary", "true"),
+    [
+        ({"deflection": 2e-3}, "initial.deflection=1 mm:5 mm", 2e-3),
+        ({"force": 0.3}, "initial.force=0.1:0.001 kN", 0.3),
+        ({"deflection": 2e-3}, "forces.1.force=-2:0.002 kN", 0.5),
+    ],
+)
+def test_what_a_plucked_beam_is_held_by_and_a_force_come_from_a_series(tmp_path, start, vary, true):
+    initial = {"angle": 0.0, "state": "plucked", "place": 0.2} | start
+    plucked = RIG.replace(initial=initial, forces=[{"place": 0.1, "force": 0.5, "frequency": 30.0}], end_time=0.03)
+    times = np.linspace(1e-3, 0.03, 20)
+    series = sensor_reading(simulate(plucked), "displacement", 0.2, times)
+    data = written(tmp_path / "d.csv", "time [ms], displacement@200 mm [mm]", 1e3 * times, 1e3 * series)
+    result = fit(plucked, data, vary=[vary], starts=2, workers=1)
+    assert result.frame["value"].iloc[0] == pytest.approx(true, rel=1e-4)
+
+
 def test_two_scenarios_determine_a_key_together_by_the_command(tmp_path, cli):
     """A key is the same in both, and one that acts in one of them alone is found from that."""
     supported = RIG.adapted(

@@ -85,6 +85,76 @@ def test_ranges_lead_from_place_to_place_and_over_keys_of_obstacles():
     assert [run.scenario.obstacles[0].radius for run in make_plan(pegs).runs] == [0.01, 0.02]
 
 
+#: a hub on a spring with a mass and a force on its beam, which is plucked
+LOADED = """
+gravity = 0.0
+end_time = 1e-3
+contact = { enabled = false }
+root = { kind = "hub", stiffness = 100.0, inertia = 0.1 }
+initial = { angle = 0.0, state = "plucked", place = 1.0, force = 1.0 }
+masses = [{ place = 0.5, mass = 0.1 }]
+forces = [{ place = 0.6, force = 1.0, frequency = 5.0 }]
+discretization = { modes = 3 }
+"""
+#: keys of starts, loads and a root that yields: values as they are written, and in SI units
+NEW_KEYS = {
+    "initial.state": ('["equilibrium", "undeformed", "plucked"]', ["equilibrium", "undeformed", "plucked"]),
+    "initial.place": ('["400 mm", 0.5]', [0.4, 0.5]),
+    "initial.deflection": ('["-1 mm", 0.002]', [-0.001, 0.002]),
+    "initial.force": ('["0.01 kN", 2.0]', [10.0, 2.0]),
+    "masses.1.place": ('["30 cm", 0.4]', [0.3, 0.4]),
+    "masses.1.mass": ('["50 g", 0.2]', [0.05, 0.2]),
+    "masses.1.inertia": ('["1e-3 kg m^2", 0.002]', [1e-3, 2e-3]),
+    "forces.1.place": ('["30 cm", 0.4]', [0.3, 0.4]),
+    "forces.1.force": ('["0.1 kN", -20.0]', [100.0, -20.0]),
+    "forces.1.frequency": ('["0.01 kHz", 2.0]', [10.0, 2.0]),
+    "forces.1.sweep_rate": ('["5 Hz/s", -1.0]', [5.0, -1.0]),
+    "forces.1.direction": ('["across", "90 deg", 0.5]', ["across", math.pi / 2, 0.5]),
+    "root.stiffness": ('["0.2 kN m/rad", 50.0]', [200.0, 50.0]),
+    "root.damping": ('["0.1 N m s/rad", 0.2]', [0.1, 0.2]),
+}
+
+
+def loaded_plan(folder, text, change=("", "")):
+    """The plan of a sweep over the scenario above, of a file that lies beside it."""
+    (folder / "rig.toml").write_text(LOADED.replace(*change))
+    (folder / "sweep.toml").write_text(f'scenario = "rig.toml"\n{text}')
+    return load_plan(str(folder / "sweep.toml"))
+
+
+@pytest.mark.parametrize("key", NEW_KEYS)
+def test_keys_of_starts_loads_and_roots_that_yield_are_axes(tmp_path, key):
+    """By value and by a text with a unit."""
+    written, si = NEW_KEYS[key]
+    change = ("force = 1.0 }\nm", "deflection = 1e-3 }\nm") if key == "initial.deflection" else ("", "")
+    runs = loaded_plan(tmp_path, axis(key, f"values = {written}"), change).runs
+    assert not any(run.fault for run in runs)
+    for run, value in zip(runs, si, strict=True):
+        expected = value if isinstance(value, str) else pytest.approx(value, rel=1e-12)
+        assert run.scenario.value_of(key) == expected
+        mixed = key == "forces.1.direction"  # words and numbers: a column of texts
+        assert run.labels[key] == (str(run.scenario.value_of(key)) if mixed else expected)
+
+
+def test_directions_that_are_words_and_angles_are_one_column(tmp_path):
+    text = axis("forces.1.direction", 'values = ["across", "-90 deg"]', 'quantities = ["tip_y@end"]')
+    frame = sweep(loaded_plan(tmp_path, text), tmp_path / "out", workers=1).frame
+    assert frame["forces.1.direction"].tolist() == ["across", str(-math.pi / 2)]
+    assert pd.read_parquet(tmp_path / "out" / "results.parquet")["forces.1.direction"][0] == "across"
+    assert np.diff(frame["tip_y@end"])[0] != 0.0
+
+
+def test_a_range_over_the_force_of_a_plucked_beam_is_run(tmp_path):
+    """Its tip is held by F (L^3/(3 E I) + L^2/k), with the spring of the hub."""
+    text = axis("initial.force", 'range = ["0.1 N", "0.3 N"]\ncount = 3', 'quantities = ["tip_y@0"]')
+    frame = sweep(loaded_plan(tmp_path, text), tmp_path / "out", workers=1).frame
+    assert frame["initial.force"].tolist() == pytest.approx([0.1, 0.2, 0.3])
+    flexibility = 1.0 / (3.0 * 68.952e9 * 7.85e-9) + 1.0 / 100.0
+    assert frame["tip_y@0"].tolist() == pytest.approx(
+        [0.1 * flexibility, 0.2 * flexibility, 0.3 * flexibility], rel=2e-3
+    )
+
+
 SAMPLE = """
 [{name}]
 samples = {samples}

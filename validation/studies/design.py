@@ -56,9 +56,11 @@ def check_keys(keys: Iterable[str], where: str) -> None:
 
 def si_value(key: str, value: Any) -> Any:
     """Return a value whose texts with a unit are numbers in SI units; raises InputError."""
-    unit = (schema_of(key) or {}).get("unit", "1")
+    schema = schema_of(key) or {}
+    words = tuple(word for one in schema.get("anyOf", ()) for word in one.get("enum", ()))
+    unit = schema.get("unit", "1")
     try:
-        return value if unit == "1" else Unit(unit).convert(value)
+        return value if unit == "1" else Unit(unit, words=words).convert(value)
     except ValueError as error:
         raise refused(key, value, f"should be {error}") from None
 
@@ -359,9 +361,15 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     except InputError as error:
         raise InputError(f"quantities: {str(error).removeprefix('--quantity ')}") from None
     lists = {key for values, *_ in made for key, value in values.items() if isinstance(value, list | tuple)}
+    texts = {
+        key
+        for values, *_ in made
+        for key, value in values.items()
+        if isinstance(value, str) and isinstance(_default(key), str)
+    }
     runs = []
     for number, (values, scenario, fault) in enumerate(made, start=1):
-        labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
+        labels = {key: _entry(key, value, key in lists, key in texts) for key, value in values.items()}
         runs.append(StudyRun({"run": number, **labels}, scenario, wanted, fault))
     if file.periodic:
         runs = _continued(runs, len(blocks[-1][1]), file.periodic)
@@ -380,9 +388,12 @@ def _continued(runs: Sequence[StudyRun], count: int, periodic: PeriodicSection) 
     return found
 
 
-def _entry(key: str, value: Any, as_json: bool) -> Any:
-    """Return a value for a column of one type, as parquet has it: where some values are lists, all are JSON."""
-    if as_json:
-        return json.dumps(value)
+def _entry(key: str, value: Any, as_json: bool, as_text: bool) -> Any:
+    """Return a value for a column of one type, as parquet has it.
+
+    Where some values are lists, all are JSON, and where some are words, as of a direction, all are texts.
+    """
+    if as_json or as_text:
+        return json.dumps(value) if as_json else str(value)
     # a text that no scenario takes is no number
     return math.nan if isinstance(value, str) and not isinstance(_default(key), str) else value

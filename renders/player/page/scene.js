@@ -116,6 +116,7 @@ function drawScene() {
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
   if (facts.clamped === null) circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
   drawZones(c, beam);
+  drawApplied(c, view, beam, facts.longest_arrow * view.whole);
   drawForces(c, view, facts.longest_arrow * view.whole, `contact force ${run.force_text[Math.floor(show.place)]}`);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
@@ -145,12 +146,20 @@ function edgesOf(view, axis) {
     lower.push([x - dx, y + dy]);
     upper.push([x + dx, y - dy]);
   });
-  return { lower, upper, heading, end: points[STATIONS - 1] };
+  return { lower, upper, heading, points };
+}
+
+const toward = (a, b, part) => a.map((v, n) => v + part * (b[n] - v));
+
+/** Where a place along the beam (m) is on a line with a point for each station. */
+function between(line, place) {
+  const j = clamp(facts.stations.findIndex((s) => s >= place), 1, STATIONS - 1), [a, b] = [facts.stations[j - 1], facts.stations[j]];
+  return toward(line[j - 1], line[j], (place - a) / (b - a));
 }
 
 /** Outline of the beam with its end: round, flat, or the sphere that a mass at the tip is drawn as. */
-function beamPath(view, { lower, upper, heading, end }) {
-  const path = new Path2D(), last = facts.radius[STATIONS - 1];
+function beamPath(view, { lower, upper, heading, points }) {
+  const path = new Path2D(), last = facts.radius[STATIONS - 1], end = points[STATIONS - 1];
   lower.forEach((point) => path.lineTo(...point));
   if (!facts.flat_end) {
     const radius = Math.max(last, facts.mass_radius), covered = Math.asin(last / radius);
@@ -164,26 +173,26 @@ function beamPath(view, { lower, upper, heading, end }) {
 
 /** The beam in the colours of the result, from the lower fibre to the upper one. */
 function drawBeam(c, view, edges) {
-  const { lower, upper, heading, end } = edges, path = beamPath(view, edges);
+  const { lower, upper, heading, points } = edges, path = beamPath(view, edges);
   const codes = ["lower", "upper"].map((side) => run[`${show.result}_${side}`]);
   const codesAt = (j) => codes.map((code) => mix(code, show.place, STATIONS, j));
-  const between = (a, b, part) => a.map((v, n) => v + part * (b[n] - v));
   c.globalAlpha = 1;
   c.save();
   c.clip(path);
   for (let j = 0; j + 1 < STATIONS; j++) {
     const [now, next] = [codesAt(j), codesAt(j + 1)];
     for (let n = 0; n < PIECES; n++) {
-      const corner = (edge, part) => between(edge[j], edge[j + 1], part), [from, to] = [n / PIECES, (n + 1) / PIECES];
+      const corner = (edge, part) => toward(edge[j], edge[j + 1], part), [from, to] = [n / PIECES, (n + 1) / PIECES];
       const corners = [corner(lower, from), corner(lower, to), corner(upper, to), corner(upper, from)];
-      shade(c, corners, between(now, next, (from + to) / 2), heading, 1);
+      shade(c, corners, toward(now, next, (from + to) / 2), heading, 1);
     }
   }
   const [p, u] = [lower[STATIONS - 1], upper[STATIONS - 1]], cap = 1.1 * view.scale * view.thick * facts.radius[STATIONS - 1];
   shade(c, [p, p, u, u], codesAt(STATIONS - 1), heading, cap);
   c.restore();
   outline(c, 1.1, path);
-  if (facts.mass_radius) circle(c, end, view.scale * view.thick * facts.mass_radius, colour.ground, 1.1);
+  if (facts.mass_radius) circle(c, points[STATIONS - 1], view.scale * view.thick * facts.mass_radius, colour.ground, 1.1);
+  facts.masses.forEach(({ place, radius }) => circle(c, between(points, place), view.scale * view.thick * radius, colour.ground, 1.1));
 }
 
 /** One piece across the beam; it reaches a little under the next one, the last one over the cap: no seams. */
@@ -272,10 +281,7 @@ function drawZones(c, { lower, upper }) {
     const [first, last] = [0, 1].map((n) => run.zone[2 * (frame * count + i) + n]);
     if (!(last > first)) return; // one place alone has its force
     const edge = side > 0 ? upper : lower, inside = facts.stations.filter((s) => s > first && s < last);
-    const points = [first, ...inside, last].map((place) => {
-      const j = clamp(facts.stations.findIndex((s) => s >= place), 1, STATIONS - 1), [a, b] = [facts.stations[j - 1], facts.stations[j]];
-      return edge[j - 1].map((v, n) => v + ((place - a) / (b - a)) * (edge[j][n] - v));
-    });
+    const points = [first, ...inside, last].map((place) => between(edge, place));
     for (const [ink, width] of [[colour.background, 6.5], [colour.states[stateAt(show.place)], 4]]) {
       c.beginPath();
       points.forEach((point) => c.lineTo(...point));
@@ -294,10 +300,17 @@ function drawForces(c, view, longest, text) {
   sizes.forEach((size, i) => size && drawForce(c, view, i, longest, i === largest ? text : ""));
 }
 
-/** Mark at the place of contact and, ending just before it, the arrow of the force, `longest` pixels at the peak. */
-function drawForce(c, view, i, longest, text) {
-  const [fx, fy] = ofContact(run.arrow, show.place, i), part = Math.hypot(fx, fy);
-  const tint = colour.states[stateAt(show.place)], [x, y] = touchPlace(view, i), ux = fx / part, uy = -fy / part;
+/** Forces on the beam where they act, in the colour of the ink. */
+function drawApplied(c, view, { points }, longest) {
+  facts.loaded.forEach((place, i) => {
+    const count = facts.loaded.length, [fx, fy] = [0, 1].map((n) => mix(run.applied, show.place, 2 * count, 2 * i + n));
+    if (Math.hypot(fx, fy) > 0.03) drawArrow(c, between(points, place), [fx, fy], longest, colour.ink);
+  });
+}
+
+/** Mark at a place and, ending just before it, the arrow of a force, `longest` pixels at the peak; where it begins. */
+function drawArrow(c, [x, y], [fx, fy], longest, tint) {
+  const part = Math.hypot(fx, fy), ux = fx / part, uy = -fy / part;
   const from = MARK + 2.5, length = longest * part, head = Math.min(13, 0.6 * length), shaft = Math.min(2.2, 0.18 * head);
   const corners = [[length, shaft], [head, shaft], [head, 0.42 * head], [0, 0], [head, -0.42 * head], [head, -shaft], [length, -shaft]];
   if (length > 6) {
@@ -307,9 +320,16 @@ function drawForce(c, view, i, longest, text) {
     c.stroke();
   }
   circle(c, [x, y], MARK, colour.background, 1.2);
+  return { ux, uy, tail: from + length };
+}
+
+/** The force of a contact, with its text. */
+function drawForce(c, view, i, longest, text) {
+  const tint = colour.states[stateAt(show.place)], [x, y] = touchPlace(view, i);
+  const { ux, uy, tail } = drawArrow(c, [x, y], ofContact(run.arrow, show.place, i), longest, tint);
   if (!text) return;
   c.font = `600 ${FONT}`;
-  const [width, height] = sizeOf(scene), half = c.measureText(text).width / 2, tail = from + length;
+  const [width, height] = sizeOf(scene), half = c.measureText(text).width / 2;
   const at = [x - (tail + half + 8) * ux, y - (tail + 14) * uy];
   if (x < 0 || x > width || y < 0 || y > height) return;
   label(c, text, clamp(at[0], half + 4, width - half - 4), clamp(at[1], 10, height - 10), tint);
