@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import KroghInterpolator
 
+from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.clearance import clearance_along
@@ -48,16 +49,17 @@ def simulate(
     """Run a scenario with the beam in absolute coordinates and return its history, whatever the outcome.
 
     Coordinates `q` are places (m) and rotation (rad) of the nodes, [x, y, phi] node by node from the root; all
-    other variables mean what they mean for every method: `theta` is the rotation of the first section in the
-    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections`, and
-    friction and base motion of `parts`, replace those of the scenario.
+    other variables mean what they mean for every method: `theta` is the angle of a driven root, else the rotation
+    of the first section in the tangent frame, or that of the mean axis, and displacements are those in this frame.
+    `sections`, and friction and base motion of `parts`, replace those of the scenario.
     """
     # overflow in a step is handled: the iterations do not converge
     with np.errstate(all="ignore"), clock() as marching:
         beam = beam_of(scenario, sections)
         run = Run(exact_problem(scenario, beam, parts), on_progress)
         run.execute()
-        return _Frame(run, scenario, beam).history(marching.seconds)
+        motion = parts.base_motion or base_motion_of(scenario.root)
+        return _Frame(run, scenario, beam, motion).history(marching.seconds)
 
 
 class _Forces(NamedTuple):
@@ -143,13 +145,14 @@ def _lagrange(nodes: Array) -> KroghInterpolator:
 class _Frame:
     """The samples of a run, seen from the floating frame of its scenario."""
 
-    def __init__(self, run: Run, scenario: Scenario, beam: ExactBeam) -> None:
+    def __init__(self, run: Run, scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> None:
         self.record, self.pairs, self.scenario, self.beam = run.record, run.pairs, scenario, beam
+        self.motion = motion
         s, weight = self.scenario, self.beam.weight(self.scenario.gravity)
         samples = gather(
             run.record.segments,
             self.beam.size,
-            lambda time, q, v: Energies(self.beam.kinetic_energy(v), self.beam.elastic_energy(q), -q @ weight),
+            lambda time, q, v: Energies(self.beam.kinetic_energy(v), self._elastic_energy(time, q), -q @ weight),
         )
         self.q, self.v, self.states = samples.q, samples.qd, samples.each
         self.places = _places_of(run.problem.system, self.q, self.v)
@@ -158,6 +161,19 @@ class _Frame:
         self.sections = Sections.from_scenario(s)
         self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point))
         self._recoveries: dict[frozenset[int], Array] = {}
+
+    def _root_turn(self, time: Array) -> tuple[Array, Array]:
+        """Prescribed angle (rad) of a driven root and its rate (rad/s); the angle at rest of a hub's spring."""
+        if self.scenario.root.kind != "driven":
+            return np.full(time.shape, self.scenario.initial.angle), np.zeros(time.shape)
+        turns = [self.motion.at(t) for t in time.tolist()]
+        angles = self.scenario.initial.angle + np.array([turn.angle for turn in turns])
+        return angles, np.array([turn.speed for turn in turns])
+
+    def _elastic_energy(self, time: Array, q: Array) -> Array:
+        """Strain energy of the beam and of the spring at its root (J)."""
+        twist = q[:, 2] - self._root_turn(time)[0]
+        return self.beam.elastic_energy(q) + 0.5 * self.scenario.root.stiffness * twist**2
 
     def _kept_forces(self, run: Run) -> _Forces:
         """Return the forces of steps at the samples; at the last of one time, those of the steps behind it."""
@@ -232,6 +248,8 @@ class _Frame:
     @cached_property
     def frame(self) -> tuple[Array, Array]:
         """Angle (rad) and angular velocity (rad/s) of the floating frame at the samples."""
+        if self.scenario.root.kind == "driven":
+            return self._root_turn(self.samples.time)
         if self.scenario.discretization.frame == "tangent":
             return self.q[:, 2], self.v[:, 2]
         # the mean axis: int m (r + x) u_y dx = 0 with the turn of the hub, + J_h (phi(0) - theta)

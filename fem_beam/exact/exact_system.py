@@ -13,6 +13,7 @@ from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.root import ANGLE_AFTER, ANGLE_BEFORE, ARM, ROOT_DAMPING, ROOT_STIFFNESS
 from oblique_impact.fem_beam.exact.step_forces import NODE, BeamData
 from oblique_impact.fem_beam.exact.stop import TOUCHING, node_on_side, place_of, point_on_beam
 from oblique_impact.fem_beam.mesh import mesh_of
@@ -32,11 +33,14 @@ from oblique_impact.scenario.scenario import Scenario
 #: what is one number of the beam with its root
 EXACT_NUMBERS = np.dtype(
     [
-        ("held", np.int64),  # prescribed unknowns, the first ones: 2 of a pin or a hub, 3 of a driven root
+        ("held", np.int64),  # prescribed unknowns, the first ones: 2 of a root that turns, 3 of a rigid clamp
+        ("driven", np.int64),  # whether the root's angle is prescribed
         ("torque", float),  # on a hub (N m)
         ("kelvin_voigt", float),  # s
         ("hub_radius", float),  # m
-        ("angle", float),  # rad, of a driven root at the start
+        ("root_stiffness", float),  # N m/rad, between a hub and the ground or a drive and the first section
+        ("root_damping", float),  # N m s/rad
+        ("angle", float),  # rad, of the root at the start
         ("spin_rate", float),  # rad/s, at the end of the spin-up of a driven root
         ("spin_up_time", float),  # s
     ],
@@ -75,9 +79,27 @@ def _base_acceleration(shaking: Shaking | None, t: float) -> float:
 def hold_at(model: ExactModel, t: float, held: Array) -> None:
     """Put the values of the prescribed unknowns at an instant (s) into `held` (3,)."""
     numbers = model.numbers
-    if numbers.held == NODE:
-        angle = numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t)
+    if numbers.driven:
+        angle = _root_angle(model, t)
         held[0], held[1], held[2] = numbers.hub_radius * np.cos(angle), numbers.hub_radius * np.sin(angle), angle
+
+
+@jitable
+def take_root(model: ExactModel, t: float, length: float, root: Array) -> None:
+    """Put the numbers of a root that yields, or turns on a radius, in a step (s) from t into `root` (5,)."""
+    numbers = model.numbers
+    root[ARM] = 0.0 if numbers.driven else numbers.hub_radius
+    root[ROOT_STIFFNESS], root[ROOT_DAMPING] = numbers.root_stiffness, numbers.root_damping
+    root[ANGLE_BEFORE], root[ANGLE_AFTER] = _root_angle(model, t), _root_angle(model, t + length)
+
+
+@jitable
+def _root_angle(model: ExactModel, t: float) -> float:
+    """Prescribed angle (rad) of a driven root, that at which its spring leaves a hub alone."""
+    numbers = model.numbers
+    if not numbers.driven:
+        return float(numbers.angle)
+    return float(numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t))
 
 
 @jitable
@@ -164,10 +186,13 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
         carried = -(beam.M @ np.tile([shaking.cosine, shaking.sine, 0.0], beam.x.size))
     driven = root.kind == "driven"
     numbers = {
-        "held": NODE if driven else NODE - 1,
+        "held": NODE if driven and root.stiffness == 0.0 else NODE - 1,
+        "driven": driven,
         "torque": torque,
         "kelvin_voigt": scenario.beam.kelvin_voigt,
         "hub_radius": beam.radius,
+        "root_stiffness": root.stiffness,
+        "root_damping": root.damping,
         "angle": scenario.initial.angle,
         # of the built-in motions
         "spin_rate": getattr(motion, "spin_rate", 0.0),

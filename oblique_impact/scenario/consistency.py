@@ -56,11 +56,6 @@ def _of_loads(s: ScenarioModel) -> Iterator[tuple[str, str]]:
                 yield f"{items}.{number}.place", f"should be on the beam, at most beam.length = {s.beam.length}"
 
 
-def _yielding(s: ScenarioModel) -> list[str]:
-    """Return the keys of a root that yields."""
-    return [name for name in ("stiffness", "damping") if getattr(s.root, name) > 0.0]
-
-
 def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     point, length = s.contact.point, s.beam.length
     if point > length:
@@ -221,11 +216,6 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "masses", f"{exact} carries beam.tip_mass alone"
     if s.forces:
         yield "forces", f"{exact} takes none"
-    for name in _yielding(s):
-        yield f"root.{name}", "not with the beam in absolute coordinates"
-    if s.root.kind == "hub" and s.root.hub_radius > 0.0:
-        words = f"{exact} turns with a hub of radius 0; a driven root may have a radius"
-        yield "root.hub_radius", f'{words}; discretization.method = "fem" takes it'
     if s.solver.scheme != "time-stepping":
         yield "solver.scheme", f'{exact} is marched by "time-stepping" only, which is the default'
 
