@@ -156,6 +156,10 @@ class ExactBeam:
         r = np.exp(1j * angle) * (self.radius + self.x)
         return np.stack([r.real, r.imag, np.full(self.x.size, float(angle))], axis=1).ravel()
 
+    def moved(self, q: Array, by: complex) -> Array:
+        """Return nodal values (3 n,) of a beam that is moved by x + i y (m), or velocities (m/s) likewise."""
+        return q + np.tile([by.real, by.imag, 0.0], self.x.size)
+
     def turning(self, q: Array, spin: float) -> Array:
         """Velocities (3 n,) of a rigid turn about the origin at `spin` (rad/s)."""
         x, y, _ = q.reshape(-1, NODE).T

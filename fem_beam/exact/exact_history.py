@@ -11,7 +11,7 @@ from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.bent_beam import BentBeam
+from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
@@ -218,6 +218,10 @@ class _Frame:
             **self._of_contacts(),
             "station": self.stations.x,
         }
+        if self.scenario.root.is_free:
+            origin, drift = self.origin
+            values = origin.real, origin.imag, drift.real, drift.imag
+            variables |= dict(zip(OF_A_FREE_BEAM, values, strict=True))
         if self.scenario.contact.enabled:
             on_side = [pair.on_side for pair in self.pairs]
             variables |= clearance_along(self.scenario, self.sections, bent, variables, on_side)
@@ -253,7 +257,10 @@ class _Frame:
         if self.scenario.discretization.frame == "tangent":
             return self.q[:, 2], self.v[:, 2]
         # the mean axis: int m (r + x) u_y dx = 0 with the turn of the hub, + J_h (phi(0) - theta)
-        static = (self.beam.M[::NODE, ::NODE] @ (self.beam.radius + self.beam.x)).astype(complex)
+        arms = self.beam.radius + self.beam.x
+        if self.scenario.root.is_free:  # about the centre of mass
+            arms = arms - self._masses @ arms / self._masses.sum()
+        static = (self.beam.M[::NODE, ::NODE] @ arms).astype(complex)
         sums, rates = _complex(self.q) @ static, _complex(self.v) @ static
         near, hub = self.q[:, 2::NODE].mean(axis=1), self.sections.hub_inertia
         theta = near + np.angle(sums * np.exp(-1j * near))
@@ -270,16 +277,40 @@ class _Frame:
         turned, turning = sums * np.exp(-1j * theta), rates * np.exp(-1j * theta)
         return theta, (turning.imag + hub * self.v[:, 2]) / (turned.real + hub)
 
+    @cached_property
+    def origin(self) -> tuple[Complex, Complex]:
+        """Place (m) and velocity (m/s) of the frame's origin at the samples: those of the root's axis.
+
+        Of a beam that nothing holds the first section is there, in the mean-axis frame the undeformed beam's whose
+        centre of mass is that of the bent one.
+        """
+        if not self.scenario.root.is_free:
+            return np.zeros(len(self.q), dtype=complex), np.zeros(len(self.q), dtype=complex)
+        places, rates = _complex(self.q), _complex(self.v)
+        if self.scenario.discretization.frame == "tangent":
+            return places[:, 0], rates[:, 0]
+        mass, (theta, spin) = self._masses, self.frame
+        centre, velocity = places @ mass / mass.sum(), rates @ mass / mass.sum()
+        arm = np.exp(1j * theta) * float(self.beam.x @ mass / mass.sum())
+        return centre - arm, velocity - 1j * spin * arm
+
+    @cached_property
+    def _masses(self) -> Array:
+        """Masses (kg) of the nodes, for sums that are linear in their places."""
+        return np.asarray(self.beam.M[::NODE, ::NODE].sum(axis=0)).ravel()
+
     @property
     def _bent(self) -> BentBeam:
         """The beam at the stations, seen from the frame."""
         theta, spin = (values[:, None] for values in self.frame)
+        origin, drift = (values[:, None] for values in self.origin)
         back, to_stations = np.exp(-1j * theta), self.stations.values.T
-        place = back * (_complex(self.q) @ to_stations)
-        rate = back * (_complex(self.v) @ to_stations) - 1j * spin * place
+        place = back * (_complex(self.q) @ to_stations - origin)
+        rate = back * (_complex(self.v) @ to_stations - drift) - 1j * spin * place
         phi, phi_rate = (values[:, 2::NODE] @ to_stations for values in (self.q, self.v))
         arms, direction = self.beam.radius + self.stations.x, np.exp(1j * (phi - theta))
-        return BentBeam(theta, arms, place - arms, spin, rate, direction, 1j * (phi_rate - spin) * direction)
+        turning = 1j * (phi_rate - spin) * direction
+        return BentBeam(theta, arms, place - arms, spin, rate, direction, turning, origin, drift)
 
     def section_forces(self) -> dict[str, Column]:
         """Section forces and bending stress, each (samples, stations), of samples at stations."""

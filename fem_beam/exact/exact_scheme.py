@@ -485,11 +485,11 @@ def _take_guards(stepper: ExactStepper, i: int, length: float, values: Array) ->
         values[GUARDS * i + LOWER] = min(guards.lower, guards.upper)
         values[GUARDS * i + UPPER] = 1.0
     if c.state != FREE and touching.on_side and touching.heir >= 0:
-        near_first = abs(c.slip - c.first) < abs(c.slip - c.last)
-        if near_first == (touching.outer == 0):
-            # the tip leaves a side for its corner where this comes onto the beam: both ways at the same place
+        near_first, tip = abs(c.slip - c.first) < abs(c.slip - c.last), touching.node > 0
+        if near_first == ((touching.outer == 0) == tip):
+            # an end leaves a side for its corner where this comes onto the beam: both ways at the same place
             corner = stepper.buffers.places[AFTER, touching.heir, PLACE]
-            values[GUARDS * i + END] = corner - model.beam.x[-1]
+            values[GUARDS * i + END] = corner - model.beam.x[-1] if tip else -corner
 
 
 @jitable

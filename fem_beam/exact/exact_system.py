@@ -33,7 +33,8 @@ from oblique_impact.scenario.scenario import Scenario
 #: what is one number of the beam with its root
 EXACT_NUMBERS = np.dtype(
     [
-        ("held", np.int64),  # prescribed unknowns, the first ones: 2 of a root that turns, 3 of a rigid clamp
+        # prescribed unknowns, the first ones: 2 of a root that turns, 3 of a rigid clamp, 0 of a free beam
+        ("held", np.int64),
         ("driven", np.int64),  # whether the root's angle is prescribed
         ("torque", float),  # on a hub (N m)
         ("kelvin_voigt", float),  # s
@@ -185,8 +186,9 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
     if shaking is not None:
         carried = -(beam.M @ np.tile([shaking.cosine, shaking.sine, 0.0], beam.x.size))
     driven = root.kind == "driven"
+    held = NODE if driven and root.stiffness == 0.0 else 0 if root.is_free else NODE - 1
     numbers = {
-        "held": NODE if driven and root.stiffness == 0.0 else NODE - 1,
+        "held": held,
         "driven": driven,
         "torque": torque,
         "kelvin_voigt": scenario.beam.kelvin_voigt,
@@ -221,12 +223,12 @@ def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:
             found.append(node_on_side(node, at[1], at[2], at[3], at[4], outer))
         else:
             found.append(point_on_beam(at[0], at[1], place.radius, at[3], at[4]))
-    # the tip on a side hands over to the side's outer corner, and back
+    # the tip on a side hands over to the side's outer corner, and back; the free end of a root to the inner one
     for i, side in enumerate(places):
-        if side.on_side and side.extent and found[i].node == beam.x.size - 1:
+        if side.on_side and side.extent and found[i].node in (0, beam.x.size - 1):
             corners = [j for j, at in enumerate(places) if not at.on_side and at.obstacle == side.obstacle]
             if corners:
-                corner = corners[int(found[i].outer)]
+                corner = corners[int(found[i].outer == (found[i].node > 0))]
                 found[i].heir, found[corner].heir = corner, i
     return np.array(found, dtype=TOUCHING).view(np.recarray)
 
