@@ -2,15 +2,16 @@
 
 A step of the length h from (q0, v0) to (q1, v1) is the mid-point rule for the inertia,
 
-    M (v1 - v0)/h = f        q1 - q0 = h (v1 + v0)/2
+    M (v1 - v0)/h = f        r1 - r0 = h (v1 + v0)/2,   2 tan((phi1 - phi0)/2) = h (phi1' + phi0')/2
 
 with internal forces whose work is the change of the strain energy
 (:mod:`~oblique_impact.fem_beam.exact.step_forces`), so that
 
     T(v1) + V(q1) - T(v0) - V(q0) = work of the other forces on q1 - q0
 
-holds whatever the length of the step (Simo and Tarnow 1992; Gonzalez 2000).  Momentum is conserved likewise,
-angular momentum up to h^2, as the mean of a rotation and its divided difference belong to different points of it.
+holds whatever the length of the step (Simo and Tarnow 1992; Gonzalez 2000).  Momentum is conserved likewise, and
+angular momentum: the rotations are those that a rigid body has in which places move by the mid-point rule (Simo,
+Tarnow and Doblare 1995).
 
 The matrix of the first iteration serves those after it as well, as long as each increment is far smaller than the
 one before.
@@ -42,8 +43,13 @@ from oblique_impact.fem_beam.exact.step_forces import (
     add_forces,
     add_inertia,
     add_tangent,
+    angle_of,
     set_to_inertia,
     take_fields,
+    turn_forces,
+    turn_inertia,
+    turn_of,
+    turn_rows,
 )
 from oblique_impact.fem_beam.exact.stop import TOUCHING, end_push, friction_at, mean_force, take_rows
 from oblique_impact.kernels.band_rows import BANDWIDTH, factor_rows, new_rows, solve_rows_of
@@ -142,14 +148,17 @@ def take_newton_step(
     b.numbers[:, :] = 0.0
     for j in range(q0.shape[0]):
         b.drift[j] = h * v0[j]
-        b.move[j] = b.held[j] - q0[j] if j < count else b.drift[j]
+        drifted = angle_of(b.drift[j]) if j % NODE == 2 else b.drift[j]
+        b.move[j] = b.held[j] - q0[j] if j < count else drifted
     bind_move(b.root, q0, b.move)
     for iteration in range(MOST_ITERATIONS):
         _take_residual(beam, b, q0, inertia, relaxation)
         forces = _push(beam, touchings, contacts, b, q0, h)
         if stale:
             set_to_inertia(beam, inertia, b.rows)
-            add_tangent(beam, b.begun, b.ended, relaxation, b.rows)
+            turn_inertia(b.move, b.rows)
+            add_tangent(beam, b.begun, b.ended, b.move, relaxation, b.rows)
+            turn_rows(b.move, b.spare, b.rows)
             stiffen_root(b.root, h, b.rows)
             bind_matrix(b.root, q0[2], b.q1[2], b.change, b.rows)
             if not factor_rows(b.rows, count):
@@ -171,7 +180,7 @@ def take_newton_step(
         if size < tolerance:
             for j in range(q0.shape[0]):
                 b.q1[j] = q0[j] + b.move[j]
-                b.v1[j] = 2.0 / h * b.move[j] - v0[j]
+                b.v1[j] = 2.0 / h * (turn_of(b.move[j]) if j % NODE == 2 else b.move[j]) - v0[j]
             return iteration + 1
         stale = size > _LARGE if iteration == 0 else size > _SLOW * last
         last = size
@@ -180,14 +189,19 @@ def take_newton_step(
 
 @jitable
 def _take_residual(beam: BeamData, b: NewtonBuffers, q0: Array, inertia: float, relaxation: float) -> None:
-    """Put load less internal forces and inertia into `change`, and the end of the step."""
+    """Put load less internal forces and inertia into `change`, and the end of the step.
+
+    Internal forces and inertia, with moments that belong to turns, stay in `spare`.
+    """
     for j in range(q0.shape[0]):
         b.q1[j] = q0[j] + b.move[j]
-        b.change[j] = 0.0
-        b.spare[j] = b.move[j] - b.drift[j]
+        b.change[j] = (turn_of(b.move[j]) if j % NODE == 2 else b.move[j]) - b.drift[j]
+        b.spare[j] = 0.0
     take_fields(beam, b.q1, b.ended)
-    add_forces(beam, b.begun, b.ended, relaxation, b.change)
-    add_inertia(beam, inertia, b.spare, b.change)
+    add_forces(beam, b.begun, b.ended, b.move, relaxation, b.spare)
+    add_inertia(beam, inertia, b.change, b.spare)
+    copy(b.spare, b.change)
+    turn_forces(b.move, b.change)
     for j in range(q0.shape[0]):
         b.change[j] = b.load[j] - b.change[j]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
@@ -114,24 +112,20 @@ def on_a_hub(elements: int) -> ExactBeam:
     return ExactBeam(np.linspace(0.0, 1.0, elements + 1), sections, hub_inertia=0.1, radius=0.5)
 
 
-def test_the_angular_momentum_of_a_free_hub_with_a_radius_is_kept_to_second_order():
+@pytest.mark.parametrize("length", [4e-3, 0.05])
+def test_a_free_hub_with_a_radius_keeps_angular_momentum_and_energy(length):
     b = on_a_hub(3)
     start = b.straight(0.2)
     bent = b.turning(start, 3.0) + np.tile([0.0, 0.0, 1.0], b.x.size) * np.sin(7.0 * np.repeat(b.x, 3))
     bent[:2] = b.turning(start, bent[2])[:2]
-    off = []
-    for length in (4e-3, 2e-3, 1e-3):
-        stage, momenta = Stage(start, bent), []
-        for _ in range(round(0.4 / length)):
-            stage = advance(b, stage, length, np.zeros(b.size), held=np.zeros(2), root=(b.radius,)).stage
-            momenta.append(b.angular_momentum(stage.q, stage.v))
-        radius = np.hypot(stage.q[0], stage.q[1])
-        assert radius == pytest.approx(0.5, rel=1e-14)
-        energy = b.kinetic_energy(stage.v) + b.elastic_energy(stage.q)
-        assert energy == pytest.approx(float(b.kinetic_energy(bent)), rel=1e-13)
-        off.append(np.abs(np.array(momenta) / b.angular_momentum(start, bent) - 1.0).max())
-    assert off[-1] < 1e-5
-    assert all(3.0 < a / b < 5.5 for a, b in pairwise(off)), off
+    stage = Stage(start, bent)
+    for _ in range(round(0.4 / length)):
+        stage = advance(b, stage, length, np.zeros(b.size), held=np.zeros(2), root=(b.radius,)).stage
+        turning = b.angular_momentum(stage.q, stage.v)
+        assert turning == pytest.approx(b.angular_momentum(start, bent), rel=1e-12)
+    assert np.hypot(stage.q[0], stage.q[1]) == pytest.approx(0.5, rel=1e-14)
+    energy = b.kinetic_energy(stage.v) + b.elastic_energy(stage.q)
+    assert energy == pytest.approx(float(b.kinetic_energy(bent)), rel=1e-11)
 
 
 def test_newtons_iterations_know_the_radius_and_the_spring():

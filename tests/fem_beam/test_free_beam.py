@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -26,24 +24,23 @@ def run(*keys: str) -> History:
     return simulate(Scenario.builtin("paper", " ".join(keys).split()))
 
 
-def test_a_vibrating_beam_in_free_flight_keeps_momentum_and_energy():
-    """To rounding; its angular momentum to the second order of the step."""
+@pytest.mark.parametrize("length", [4e-3, 0.04])
+def test_a_vibrating_beam_in_free_flight_keeps_both_momenta_and_the_energy(length):
+    """To rounding, in steps that turn it by a hundredth of a radian or by a tenth of one."""
     b = ExactBeam(np.linspace(0.0, 1.0, 5), ElasticSections.uniform(1e3, 1e3, 5.0, 1.0, 1e-3), tip_mass=0.2)
     start = b.straight(0.4)
     speeds = b.turning(start, 3.0) + np.random.default_rng(2).normal(size=b.size) * b.scale * 0.3
-    upwards, off = np.tile([0.0, 1.0, 0.0], b.x.size), []
-    for length in (4e-3, 2e-3, 1e-3):
-        stage, turning = Stage(start, speeds), []
-        for _ in range(round(0.4 / length)):
-            stage = advance(b, stage, length, np.zeros(b.size), held=np.zeros(0)).stage
-            turning.append(b.angular_momentum(stage.q, stage.v))
-        for axis in (upwards, np.roll(upwards, -1)):
-            assert axis @ b.M @ stage.v == pytest.approx(axis @ b.M @ speeds, rel=1e-12)
-        energy = b.kinetic_energy(stage.v) + b.elastic_energy(stage.q)
-        assert energy == pytest.approx(float(b.kinetic_energy(speeds)), rel=1e-12)
-        off.append(np.abs(np.array(turning) / b.angular_momentum(start, speeds) - 1.0).max())
-    assert off[-1] < 3e-5
-    assert all(3.0 < a / b < 5.5 for a, b in pairwise(off)), off
+    upwards = np.tile([0.0, 1.0, 0.0], b.x.size)
+    stage = Stage(start, speeds)
+    for _ in range(round(0.8 / length)):
+        stage = advance(b, stage, length, np.zeros(b.size), held=np.zeros(0), tolerance=1e-12).stage
+        turning = b.angular_momentum(stage.q, stage.v)
+        assert turning == pytest.approx(b.angular_momentum(start, speeds), rel=1e-12)
+    for axis in (upwards, np.roll(upwards, -1)):
+        assert axis @ b.M @ stage.v == pytest.approx(axis @ b.M @ speeds, rel=1e-12)
+    energy = b.kinetic_energy(stage.v) + b.elastic_energy(stage.q)
+    assert energy == pytest.approx(float(b.kinetic_energy(speeds)), rel=1e-11)
+    assert b.elastic_energy(stage.q) > 1e-3 * energy
 
 
 @pytest.mark.parametrize("frame", ["mean-axis", "tangent"])
