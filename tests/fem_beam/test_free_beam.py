@@ -10,6 +10,9 @@ from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance
 from oblique_impact.fem_beam.exact.exact_system import beam_of
 from oblique_impact.renders import export
+from oblique_impact.renders.player.content import content_of
+from oblique_impact.renders.scenery import pin
+from oblique_impact.renders.story import story_of
 
 FREE = "discretization.method=absolute discretization.elements=6 root.kind=free"
 FLIGHT = f"{FREE} contact.enabled=false initial.angle=0.3 initial.angular_velocity=5 initial.position=[1,2]"
@@ -120,6 +123,20 @@ def test_a_file_of_its_history_is_whole(tmp_path):
     assert {"origin_x", "origin_vy"} <= set(read.to_dataframe().columns)
     export(read, tmp_path / "flight.pvd")
     assert "pin" not in (tmp_path / "flight.pvd").read_text()
+
+
+def test_pictures_and_pages_show_it_where_it_flies_and_no_root():
+    found = run(FLIGHT)
+    story = story_of([found])
+    geometry = story.geometries[0]
+    assert pin(geometry) is None
+    assert geometry.stations_at(2.0) == pytest.approx(found.beam_at(float(found["time"][2])), abs=1e-12)
+    content = content_of(story)
+    assert content.facts["free"]
+    left, right, low, high = content.facts["factors"]["1"]["bounds"]
+    tips = found["tip_y"].values
+    assert low < tips.min() < tips.max() < high
+    assert left < 1.0 < right
 
 
 def test_nothing_to_hold_it_is_refused_where_a_model_needs_a_root():
