@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.beam import contact_places
-from oblique_impact.beam.bent_beam import BentBeam
+from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.point_forces import forces_of
 from oblique_impact.contact.state import State
@@ -222,7 +222,7 @@ class BeamGeometry:
     @property
     def inner_point(self) -> str:
         """Name of the near end of the chord."""
-        return "root" if self.scenario.root.kind == "driven" else "pin"
+        return {"driven": "root", "free": "first end"}.get(self.scenario.root.kind, "pin")
 
     def deflection_words(self, factor: float) -> str:
         """Return in words how deflections are drawn that are magnified by a factor."""
@@ -273,8 +273,8 @@ class BeamGeometry:
 
     def side_of(self, point: ObstaclePoint) -> float:
         """Return on which side of a point the beam is, seen along it: 1 on its left, -1 on its right."""
-        angle = self.scenario.initial.angle
-        return float(-np.copysign(1.0, point.y * np.cos(angle) - point.x * np.sin(angle)))
+        seen = point.seen_from(self.scenario.root_axis, self.scenario.initial.angle)
+        return float(-np.copysign(1.0, seen.imag))
 
     @cached_property
     def main_contact(self) -> int:
@@ -419,7 +419,9 @@ class BeamGeometry:
 
     def _bent(self, k: float | Integers) -> BentBeam:
         """Return the axis at sample k, or at several."""
-        names = ("theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot")
+        names: tuple[str, ...] = ("theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot")
+        if self.scenario.root.is_free:
+            names += OF_A_FREE_BEAM
         sample = {"station": self.stations} | {name: self.value(name, k) for name in names}
         return BentBeam.of_history(self.scenario, sample)
 

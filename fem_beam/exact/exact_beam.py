@@ -31,6 +31,8 @@ from oblique_impact.fem_beam.exact.step_forces import (
     add_forces,
     add_tangent,
     take_fields,
+    turn_forces,
+    turn_rows,
 )
 from oblique_impact.kernels.band_rows import BANDWIDTH, new_rows
 from oblique_impact.kernels.jit import by_reference, kernel
@@ -156,6 +158,10 @@ class ExactBeam:
         r = np.exp(1j * angle) * (self.radius + self.x)
         return np.stack([r.real, r.imag, np.full(self.x.size, float(angle))], axis=1).ravel()
 
+    def moved(self, q: Array, by: complex) -> Array:
+        """Return nodal values (3 n,) of a beam that is moved by x + i y (m), or velocities (m/s) likewise."""
+        return np.asarray(q + np.tile([by.real, by.imag, 0.0], self.x.size))
+
     def turning(self, q: Array, spin: float) -> Array:
         """Velocities (3 n,) of a rigid turn about the origin at `spin` (rad/s)."""
         x, y, _ = q.reshape(-1, NODE).T
@@ -251,8 +257,11 @@ def _forces_between(
     beam = by_reference(beam)
     take_fields(beam, q0, fields[0])
     take_fields(beam, q1, fields[1])
-    add_forces(beam, fields[0], fields[1], relaxation, forces)
-    add_tangent(beam, fields[0], fields[1], relaxation, rows)
+    move = q1 - q0
+    add_forces(beam, fields[0], fields[1], move, relaxation, forces)
+    add_tangent(beam, fields[0], fields[1], move, relaxation, rows)
+    turn_rows(move, forces, rows)
+    turn_forces(move, forces)
 
 
 def strains(fields: PointFields) -> Complex:

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import KroghInterpolator
 
+from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.beam import Energies
-from oblique_impact.beam.bent_beam import BentBeam
+from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.clearance import clearance_along
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
@@ -48,16 +49,17 @@ def simulate(
     """Run a scenario with the beam in absolute coordinates and return its history, whatever the outcome.
 
     Coordinates `q` are places (m) and rotation (rad) of the nodes, [x, y, phi] node by node from the root; all
-    other variables mean what they mean for every method: `theta` is the rotation of the first section in the
-    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections`, and
-    friction and base motion of `parts`, replace those of the scenario.
+    other variables mean what they mean for every method: `theta` is the angle of a driven root, else the rotation
+    of the first section in the tangent frame, or that of the mean axis, and displacements are those in this frame.
+    `sections`, and friction and base motion of `parts`, replace those of the scenario.
     """
     # overflow in a step is handled: the iterations do not converge
     with np.errstate(all="ignore"), clock() as marching:
         beam = beam_of(scenario, sections)
         run = Run(exact_problem(scenario, beam, parts), on_progress)
         run.execute()
-        return _Frame(run, scenario, beam).history(marching.seconds)
+        motion = parts.base_motion or base_motion_of(scenario.root)
+        return _Frame(run, scenario, beam, motion).history(marching.seconds)
 
 
 class _Forces(NamedTuple):
@@ -143,13 +145,14 @@ def _lagrange(nodes: Array) -> KroghInterpolator:
 class _Frame:
     """The samples of a run, seen from the floating frame of its scenario."""
 
-    def __init__(self, run: Run, scenario: Scenario, beam: ExactBeam) -> None:
+    def __init__(self, run: Run, scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> None:
         self.record, self.pairs, self.scenario, self.beam = run.record, run.pairs, scenario, beam
+        self.motion = motion
         s, weight = self.scenario, self.beam.weight(self.scenario.gravity)
         samples = gather(
             run.record.segments,
             self.beam.size,
-            lambda time, q, v: Energies(self.beam.kinetic_energy(v), self.beam.elastic_energy(q), -q @ weight),
+            lambda time, q, v: Energies(self.beam.kinetic_energy(v), self._elastic_energy(time, q), -q @ weight),
         )
         self.q, self.v, self.states = samples.q, samples.qd, samples.each
         self.places = _places_of(run.problem.system, self.q, self.v)
@@ -168,11 +171,26 @@ class _Frame:
         length = np.concatenate([segment.step for segment in self.record.segments])
         begins = ~(length > 0.0)  # no step has been taken
         h = np.where(begins, 1.0, length)[:, None]
-        before = self.q - h * (self.v - 0.5 * h * samples.qdd)
+        moved = h * (self.v - 0.5 * h * samples.qdd)
+        moved[:, 2::NODE] = 2.0 * np.arctan(0.5 * moved[:, 2::NODE])
+        before = self.q - moved
         found = self.beam.mean_resultants(before, self.q, viscosity / h[:, :, None])
         at_once = self.beam.resultants(self.q[begins], self.v[begins], viscosity)
         found.force[begins], found.moment[begins] = at_once
         return _Forces(*found, np.zeros((len(h), n)))
+
+    def _root_turn(self, time: Array) -> tuple[Array, Array]:
+        """Prescribed angle (rad) of a driven root and its rate (rad/s); the angle at rest of a hub's spring."""
+        if self.scenario.root.kind != "driven":
+            return np.full(time.shape, self.scenario.initial.angle), np.zeros(time.shape)
+        turns = [self.motion.at(t) for t in time.tolist()]
+        angles = self.scenario.initial.angle + np.array([turn.angle for turn in turns])
+        return angles, np.array([turn.speed for turn in turns])
+
+    def _elastic_energy(self, time: Array, q: Array) -> Array:
+        """Strain energy of the beam and of the spring at its root (J)."""
+        twist = q[:, 2] - self._root_turn(time)[0]
+        return self.beam.elastic_energy(q) + 0.5 * self.scenario.root.stiffness * twist**2
 
     def _kept_forces(self, run: Run) -> _Forces:
         """Return the forces of steps at the samples; at the last of one time, those of the steps behind it."""
@@ -217,6 +235,10 @@ class _Frame:
             **self._of_contacts(),
             "station": self.stations.x,
         }
+        if self.scenario.root.is_free:
+            origin, drift = self.origin
+            values = origin.real, origin.imag, drift.real, drift.imag
+            variables |= dict(zip(OF_A_FREE_BEAM, values, strict=True))
         if self.scenario.contact.enabled:
             on_side = [pair.on_side for pair in self.pairs]
             variables |= clearance_along(self.scenario, self.sections, bent, variables, on_side)
@@ -247,10 +269,15 @@ class _Frame:
     @cached_property
     def frame(self) -> tuple[Array, Array]:
         """Angle (rad) and angular velocity (rad/s) of the floating frame at the samples."""
+        if self.scenario.root.kind == "driven":
+            return self._root_turn(self.samples.time)
         if self.scenario.discretization.frame == "tangent":
             return self.q[:, 2], self.v[:, 2]
         # the mean axis: int m (r + x) u_y dx = 0 with the turn of the hub, + J_h (phi(0) - theta)
-        static = (self.beam.M[::NODE, ::NODE] @ (self.beam.radius + self.beam.x)).astype(complex)
+        arms = self.beam.radius + self.beam.x
+        if self.scenario.root.is_free:  # about the centre of mass
+            arms = arms - self._masses @ arms / self._masses.sum()
+        static = (self.beam.M[::NODE, ::NODE] @ arms).astype(complex)
         sums, rates = _complex(self.q) @ static, _complex(self.v) @ static
         near, hub = self.q[:, 2::NODE].mean(axis=1), self.sections.hub_inertia
         theta = near + np.angle(sums * np.exp(-1j * near))
@@ -267,16 +294,40 @@ class _Frame:
         turned, turning = sums * np.exp(-1j * theta), rates * np.exp(-1j * theta)
         return theta, (turning.imag + hub * self.v[:, 2]) / (turned.real + hub)
 
+    @cached_property
+    def origin(self) -> tuple[Complex, Complex]:
+        """Place (m) and velocity (m/s) of the frame's origin at the samples: those of the root's axis.
+
+        Of a beam that nothing holds the first section is there, in the mean-axis frame the undeformed beam's whose
+        centre of mass is that of the bent one.
+        """
+        if not self.scenario.root.is_free:
+            return np.zeros(len(self.q), dtype=complex), np.zeros(len(self.q), dtype=complex)
+        places, rates = _complex(self.q), _complex(self.v)
+        if self.scenario.discretization.frame == "tangent":
+            return places[:, 0], rates[:, 0]
+        mass, (theta, spin) = self._masses, self.frame
+        centre, velocity = places @ mass / mass.sum(), rates @ mass / mass.sum()
+        arm = np.exp(1j * theta) * float(self.beam.x @ mass / mass.sum())
+        return centre - arm, velocity - 1j * spin * arm
+
+    @cached_property
+    def _masses(self) -> Array:
+        """Masses (kg) of the nodes, for sums that are linear in their places."""
+        return np.asarray(self.beam.M[::NODE, ::NODE].sum(axis=0)).ravel()
+
     @property
     def _bent(self) -> BentBeam:
         """The beam at the stations, seen from the frame."""
         theta, spin = (values[:, None] for values in self.frame)
+        origin, drift = (values[:, None] for values in self.origin)
         back, to_stations = np.exp(-1j * theta), self.stations.values.T
-        place = back * (_complex(self.q) @ to_stations)
-        rate = back * (_complex(self.v) @ to_stations) - 1j * spin * place
+        place = back * (_complex(self.q) @ to_stations - origin)
+        rate = back * (_complex(self.v) @ to_stations - drift) - 1j * spin * place
         phi, phi_rate = (values[:, 2::NODE] @ to_stations for values in (self.q, self.v))
         arms, direction = self.beam.radius + self.stations.x, np.exp(1j * (phi - theta))
-        return BentBeam(theta, arms, place - arms, spin, rate, direction, 1j * (phi_rate - spin) * direction)
+        turning = 1j * (phi_rate - spin) * direction
+        return BentBeam(theta, arms, place - arms, spin, rate, direction, turning, origin, drift)
 
     def section_forces(self) -> dict[str, Column]:
         """Section forces and bending stress, each (samples, stations), of samples at stations."""

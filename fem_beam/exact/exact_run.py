@@ -35,12 +35,16 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
         scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance)
         hand_over = hand_over_of(model.touchings)
     tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
-    q = beam.straight(scenario.initial.angle)
+    q = beam.moved(beam.straight(scenario.initial.angle), scenario.root_axis)
     speed = motion.at(0.0).speed if driven else scenario.initial.angular_velocity
+    v = beam.turning(q, speed)
+    if scenario.root.is_free:  # it turns about its middle
+        spun = -1j * speed * complex(*scenario.initial.position)
+        v = beam.moved(v, complex(*scenario.initial.velocity) + spun)
     return Problem(
         model,
         q,
-        beam.turning(q, speed),
+        v,
         decision_about(contact_places(scenario), scenario, scheme, tolerances, parts),
         scheme,
         end_time=scenario.end_time,

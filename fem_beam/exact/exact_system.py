@@ -13,6 +13,14 @@ from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.root import (
+    ANGLE_AFTER,
+    ANGLE_BEFORE,
+    ARM,
+    ROOT_DAMPING,
+    ROOT_NUMBERS,
+    ROOT_STIFFNESS,
+)
 from oblique_impact.fem_beam.exact.step_forces import FIELDS, NODE, BeamData
 from oblique_impact.fem_beam.exact.stop import TOUCHING, node_on_side, place_of, point_on_beam
 from oblique_impact.fem_beam.mesh import mesh_of
@@ -33,11 +41,15 @@ from oblique_impact.scenario.scenario import Scenario
 #: what is one number of the beam with its root
 EXACT_NUMBERS = np.dtype(
     [
-        ("held", np.int64),  # prescribed unknowns, the first ones: 2 of a pin or a hub, 3 of a driven root
+        # prescribed unknowns, the first ones: 2 of a root that turns, 3 of a rigid clamp, 0 of a free beam
+        ("held", np.int64),
+        ("driven", np.int64),  # whether the root's angle is prescribed
         ("torque", float),  # on a hub (N m)
         ("kelvin_voigt", float),  # s
         ("hub_radius", float),  # m
-        ("angle", float),  # rad, of a driven root at the start
+        ("root_stiffness", float),  # N m/rad, between a hub and the ground or a drive and the first section
+        ("root_damping", float),  # N m s/rad
+        ("angle", float),  # rad, of the root at the start
         ("spin_rate", float),  # rad/s, at the end of the spin-up of a driven root
         ("spin_up_time", float),  # s
     ],
@@ -56,7 +68,10 @@ class MeanStep(NamedTuple):
     begun: Array  # (elements, 2, 8) state at Gauss points there
     ended: Array  # and at its end, as far as iterations have come
     load: Array  # (d,) mean forces from outside
-    moved: Array  # (3,) displacements of the prescribed unknowns, m and rad
+    root: Array  # (5,) see the module `root`
+    moved: Array  # (3,) displacements of the unknowns of a driven root, m, and its turn
+    move: Array  # (d,) displacements, as far as iterations have come
+    pull: Array  # (2,) N, what acts on the first node then
     rows: Array  # (d + 8, 17) derivatives of the forces by the end, and their factors
     times: Array  # (2,) s, its length and its middle
 
@@ -64,16 +79,18 @@ class MeanStep(NamedTuple):
     def new(cls, elements: int) -> MeanStep:
         """Allocate it."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
-        arrays = (
-            np.zeros(d),
-            np.zeros(fields),
-            np.zeros(fields),
-            np.zeros(d),
-            np.zeros(NODE),
-            new_rows(d),
-            np.ones(2),
+        return cls(
+            q=np.zeros(d),
+            begun=np.zeros(fields),
+            ended=np.zeros(fields),
+            load=np.zeros(d),
+            root=np.zeros(ROOT_NUMBERS),
+            moved=np.zeros(NODE),
+            move=np.zeros(d),
+            pull=np.zeros(2),
+            rows=new_rows(d),
+            times=np.ones(2),
         )
-        return cls(*arrays)
 
 
 class _ExactData(NamedTuple):
@@ -108,9 +125,27 @@ def _base_acceleration(shaking: Shaking | None, t: float) -> float:
 def hold_at(model: ExactModel, t: float, held: Array) -> None:
     """Put the values of the prescribed unknowns at an instant (s) into `held` (3,)."""
     numbers = model.numbers
-    if numbers.held == NODE:
-        angle = numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t)
+    if numbers.driven:
+        angle = _root_angle(model, t)
         held[0], held[1], held[2] = numbers.hub_radius * np.cos(angle), numbers.hub_radius * np.sin(angle), angle
+
+
+@jitable
+def take_root(model: ExactModel, t: float, length: float, root: Array) -> None:
+    """Put the numbers of a root that yields, or turns on a radius, in a step (s) from t into `root` (5,)."""
+    numbers = model.numbers
+    root[ARM] = 0.0 if numbers.driven else numbers.hub_radius
+    root[ROOT_STIFFNESS], root[ROOT_DAMPING] = numbers.root_stiffness, numbers.root_damping
+    root[ANGLE_BEFORE], root[ANGLE_AFTER] = _root_angle(model, t), _root_angle(model, t + length)
+
+
+@jitable
+def _root_angle(model: ExactModel, t: float) -> float:
+    """Prescribed angle (rad) of a driven root, that at which its spring leaves a hub alone."""
+    numbers = model.numbers
+    if not numbers.driven:
+        return float(numbers.angle)
+    return float(numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t))
 
 
 @jitable
@@ -196,11 +231,15 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
     if shaking is not None:
         carried = -(beam.M @ np.tile([shaking.cosine, shaking.sine, 0.0], beam.x.size))
     driven = root.kind == "driven"
+    held = NODE if driven and root.stiffness == 0.0 else 0 if root.is_free else NODE - 1
     numbers = {
-        "held": NODE if driven else NODE - 1,
+        "held": held,
+        "driven": driven,
         "torque": torque,
         "kelvin_voigt": scenario.beam.kelvin_voigt,
         "hub_radius": beam.radius,
+        "root_stiffness": root.stiffness,
+        "root_damping": root.damping,
         "angle": scenario.initial.angle,
         # of the built-in motions
         "spin_rate": getattr(motion, "spin_rate", 0.0),
@@ -230,12 +269,12 @@ def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:
             found.append(node_on_side(node, at[1], at[2], at[3], at[4], outer))
         else:
             found.append(point_on_beam(at[0], at[1], place.radius, at[3], at[4]))
-    # the tip on a side hands over to the side's outer corner, and back
+    # the tip on a side hands over to the side's outer corner, and back; the free end of a root to the inner one
     for i, side in enumerate(places):
-        if side.on_side and side.extent and found[i].node == beam.x.size - 1:
+        if side.on_side and side.extent and found[i].node in (0, beam.x.size - 1):
             corners = [j for j, at in enumerate(places) if not at.on_side and at.obstacle == side.obstacle]
             if corners:
-                corner = corners[int(found[i].outer)]
+                corner = corners[int(found[i].outer == (found[i].node > 0))]
                 found[i].heir, found[corner].heir = corner, i
     return np.array(found, dtype=TOUCHING).view(np.recarray)
 
