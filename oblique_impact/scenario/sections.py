@@ -413,7 +413,8 @@ class ContactSection(InputSection):
     grid: Annotated[int, Field(ge=1, le=MAX_GRID)] = key(
         PARTS,
         'number of equal parts of the beam at whose ends it can touch sides, with `where = "anywhere"`; 1: its '
-        "free end alone; not given: the elements of a beam in all its nodes or in absolute coordinates, "
+        "free end alone, or both ends of a beam that nothing holds; not given: the elements of a beam in all its "
+        "nodes or in absolute coordinates, "
         f"{PARTS} of one in modes. Pegs and corners touch it at any place whatever the grid",
     )
     point: Annotated[Positive, Unit("m")] = key(

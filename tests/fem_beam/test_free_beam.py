@@ -13,6 +13,7 @@ from oblique_impact.renders import export
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.scenery import pin
 from oblique_impact.renders.story import story_of
+from oblique_impact.validation.studies.predictability import closing_turn
 
 FREE = "discretization.method=absolute discretization.elements=6 root.kind=free"
 FLIGHT = f"{FREE} contact.enabled=false initial.angle=0.3 initial.angular_velocity=5 initial.position=[1,2]"
@@ -137,6 +138,19 @@ def test_pictures_and_pages_show_it_where_it_flies_and_no_root():
     tips = found["tip_y"].values
     assert low < tips.min() < tips.max() < high
     assert left < 1.0 < right
+
+
+def test_no_settings_are_recommended_for_it(refused, tmp_path):
+    words = "init", tmp_path / "a.toml", "--from", "dropped-bar", "--recommended"
+    assert "is of the beam in absolute coordinates" in refused(*words)
+    assert "modes are recommended" in refused(*words, "--set", "discretization.method=absolute")
+
+
+def test_a_small_turn_about_its_middle_closes_its_gap():
+    gap, tilt = 1e-3, 0.4
+    height = 0.1 * np.sin(tilt) + gap
+    bar = Scenario.builtin("dropped-bar").replace(initial__position=(0.0, height), initial__angle=-tilt)
+    assert closing_turn(bar) == pytest.approx(gap / 0.1, rel=1e-9)
 
 
 def test_nothing_to_hold_it_is_refused_where_a_model_needs_a_root():
