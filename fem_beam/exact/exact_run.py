@@ -26,7 +26,7 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
     model = model_of(scenario, beam, motion)
     near = NEAR * scenario.beam.length if scenario.contact.enabled else -np.inf
     shortest = min(solver.contact_step, solver.free_step)
-    scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance)
+    scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance, len(scenario.acting_forces))
     tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
     q = beam.straight(scenario.initial.angle)
     speed = motion.at(0.0).speed if driven else scenario.initial.angular_velocity
@@ -40,6 +40,10 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
         output_interval=solver.output_interval,
         scales=np.ones(2 * q.size),
         contact=scenario.contact.enabled,
-        breakpoints=(*model.jumps.tolist(), *(model.shaking.breakpoints if model.shaking else ())),
+        breakpoints=(
+            *model.jumps.tolist(),
+            *(model.shaking.breakpoints if model.shaking else ()),
+            *(model.forces.each.breakpoints if model.forces else ()),
+        ),
         hand_over=hand_over_of(model.touchings),
     )

@@ -22,6 +22,7 @@ from oblique_impact.contact.state import END, FREE, GUARDS, LOWER, SLIDING, STIC
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.fem_beam.exact.averages import Averages
 from oblique_impact.fem_beam.exact.exact_system import ExactModel, hold_at, load_at, work_of_drives
+from oblique_impact.fem_beam.exact.point_loads import take_point_forces, work_of_point_forces
 from oblique_impact.fem_beam.exact.step import (
     DAMPED,
     FORCE,
@@ -107,10 +108,10 @@ class ExactBuffers(NamedTuple):
     log: Array  # (entries, 3 + 6 elements + n): kind, start and end (s) of a step, its mean forces
 
     @classmethod
-    def new(cls, elements: int, n: int) -> ExactBuffers:
-        """Allocate them for a beam with n contacts."""
+    def new(cls, elements: int, n: int, forces: int) -> ExactBuffers:
+        """Allocate them for a beam with n contacts and a number of forces."""
         return cls(
-            NewtonBuffers.new(elements, n),
+            NewtonBuffers.new(elements, n, forces),
             np.zeros((2, n, 5)),
             np.zeros(NODE * (2 * elements + 1)),
             np.zeros(4),
@@ -274,6 +275,7 @@ def _solve(stepper: ExactStepper, t: float, length: float, y: Array) -> bool:
     model, s = stepper.system, stepper.buffers.step
     d, relaxation = s.q1.shape[0], model.numbers.kelvin_voigt / length
     load_at(model, t + 0.5 * length, s.load)
+    take_point_forces(model.forces, t + 0.5 * length, s.forces)
     hold_at(model, t + length, s.held)
     q0, v0 = y[:d], y[d : 2 * d]
     taken = take_newton_step(
@@ -353,6 +355,7 @@ def _accept(stepper: ExactStepper, t: float, end: float, length: float, y: Array
     if relaxation > 0.0:
         gained[DAMPING_LOSS] += damping_loss(model.beam, s.begun, s.ended, relaxation)
     gained[SUPPLIED] += work + work_of_drives(model, t + 0.5 * length, s.move)
+    gained[SUPPLIED] += work_of_point_forces(s.forces, y[:d], s.q1, s.move)
     row = b.log[_enter(b, STEP, t, end), 3:]
     points = 2 * s.begun.shape[0]
     for e in range(s.begun.shape[0]):
@@ -533,12 +536,15 @@ class ExactScheme(Scheme):
         m; gap below which obstacles are near.
     tolerance : float
         Error of a step near obstacles over the length of the beam.
+    forces : int
+        Number of forces on the beam.
     """
 
     free_step: float
     shortest: float
     near: float
     tolerance: float
+    forces: int = 0
     name = "time-stepping"
     order = 2
 
@@ -547,7 +553,7 @@ class ExactScheme(Scheme):
         return StickCriterion(inf, located=True)
 
     def buffers(self, task: Task) -> Recorder:  # noqa: D102
-        return Recorder(ExactBuffers.new((task.size // NODE - 1) // 2, task.contacts))
+        return Recorder(ExactBuffers.new((task.size // NODE - 1) // 2, task.contacts, self.forces))
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:  # noqa: D102
         return size + 2 * contacts

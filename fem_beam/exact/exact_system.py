@@ -9,10 +9,12 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion, drive_angle
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.point_forces import forces_of
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.point_loads import PlacedForces
 from oblique_impact.fem_beam.exact.step_forces import NODE, BeamData
 from oblique_impact.fem_beam.exact.stop import TOUCHING, node_on_side, place_of, point_on_beam
 from oblique_impact.fem_beam.mesh import mesh_of
@@ -55,6 +57,7 @@ class _ExactData(NamedTuple):
     jumps: Array  # (k,) s, at which the root's motion is not smooth
     drive: Law | None  # angle (rad) of a driven root over time, in the place of a spin-up
     shaking: Shaking | None  # of the base; None if it stands still
+    forces: PlacedForces | None  # on the beam
 
 
 @jitable
@@ -147,7 +150,7 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     own = Sections.from_scenario(scenario)
     ends = mesh_of(scenario, own).p[0]
     elastic = sections or ElasticSections.of(scenario)
-    return ExactBeam(ends, elastic, float(own.outer_mass(own.length)), own.hub_inertia, own.hub_radius)
+    return ExactBeam(ends, elastic, own.masses, own.hub_inertia, own.hub_radius)
 
 
 def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactModel:
@@ -182,7 +185,17 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
         np.array(motion.breakpoints if driven else (), dtype=float),
         motion.drive_angle if driven else None,
         shaking,
+        placed_forces(scenario, beam),
     )
+
+
+def placed_forces(scenario: Scenario, beam: ExactBeam) -> PlacedForces | None:
+    """Return the forces of a scenario with the nodes that carry them; None if there are none."""
+    each = forces_of(scenario)
+    if each is None:
+        return None
+    first, shapes = zip(*(beam.row_at(float(x)) for x in each.places), strict=True)
+    return PlacedForces(each, np.array(first), np.array(shapes))
 
 
 def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:

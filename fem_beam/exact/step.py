@@ -26,6 +26,7 @@ from scipy.linalg import LinAlgError, solve_banded
 
 from oblique_impact.contact.state import FREE, STICKING, Candidate, Contacts
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
+from oblique_impact.fem_beam.exact.point_loads import COLUMNS, add_point_forces, subtract_point_tangent
 from oblique_impact.fem_beam.exact.step_forces import (
     FIELDS,
     NODE,
@@ -71,6 +72,7 @@ class NewtonBuffers(NamedTuple):
     q1: Array  # (d,)
     v1: Array  # (d,)
     load: Array  # (d,) mean forces from outside, to be given
+    forces: Array  # (k, 7) those at places of the beam, see the module `point_loads`, to be given
     held: Array  # (3,) values of prescribed unknowns at the end, to be given
     spare: Array  # (d,)
     change: Array  # (d,) residual, then the increment
@@ -84,7 +86,7 @@ class NewtonBuffers(NamedTuple):
     increments: Array  # (16,) of the iterations, relative
 
     @classmethod
-    def new(cls, elements: int, contacts: int) -> NewtonBuffers:
+    def new(cls, elements: int, contacts: int, forces: int = 0) -> NewtonBuffers:
         """Allocate them."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
         return cls(
@@ -95,6 +97,7 @@ class NewtonBuffers(NamedTuple):
             q1=np.zeros(d),
             v1=np.zeros(d),
             load=np.zeros(d),
+            forces=np.zeros((forces, COLUMNS)),
             held=np.zeros(NODE),
             spare=np.zeros(d),
             change=np.zeros(d),
@@ -138,6 +141,7 @@ def take_newton_step(
         if stale:
             set_to_inertia(beam, inertia, b.rows)
             add_tangent(beam, b.begun, b.ended, relaxation, b.rows)
+            subtract_point_tangent(b.forces, b.q1, b.rows)
             if not factor_rows(b.rows, count):
                 return 0
         solve_rows_of(b.rows, count, b.change)
@@ -174,6 +178,7 @@ def _take_residual(beam: BeamData, b: NewtonBuffers, q0: Array, inertia: float, 
     add_inertia(beam, inertia, b.spare, b.change)
     for j in range(q0.shape[0]):
         b.change[j] = b.load[j] - b.change[j]
+    add_point_forces(b.forces, q0, b.q1, b.change)
 
 
 @jitable

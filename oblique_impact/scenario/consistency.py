@@ -217,10 +217,6 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if getattr(s.beam, name) > 0.0:
             without = "has no frame or modes that would move without it"
             yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
-    if s.masses:
-        yield "masses", f"{exact} carries beam.tip_mass alone"
-    if s.forces:
-        yield "forces", f"{exact} takes none"
     for name in _yielding(s):
         yield f"root.{name}", "not with the beam in absolute coordinates"
     if s.root.kind == "hub" and s.root.hub_radius > 0.0:
