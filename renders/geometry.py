@@ -357,7 +357,9 @@ class BeamGeometry:
         if self.scenario.is_absolute:  # where a force across the beam turns as far as its section
             turned = 1j * np.exp(1j * slopes)
             values = [force_value(forces, i, float(time[0])) for i in range(slopes.size)]
-            found = [v * t if of.follows else f for v, t, of, f in zip(values, turned, forces.each, found, strict=True)]
+            found = [
+                v * t if of.follows else f for v, t, of, f in zip(values, turned, forces.each, found, strict=True)
+            ]
         return self.on_axis(forces.places, k), _components(np.exp(1j * theta[0]) * np.array(found))
 
     @cached_property
