@@ -8,7 +8,9 @@ from oblique_impact.beam.base_motion import base_motion_of
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam_problem import NEAR, Parts, beam_tolerances, decision_about
+from oblique_impact.contact.transitions import Earlier
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.exact_rest import start_of
 from oblique_impact.fem_beam.exact.exact_scheme import ExactScheme
 from oblique_impact.fem_beam.exact.exact_system import beam_of, hand_over_of, model_of
 from oblique_impact.marching.problem import Problem
@@ -28,7 +30,9 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
     shortest = min(solver.contact_step, solver.free_step)
     scheme = ExactScheme(solver.free_step, shortest, near, solver.tolerance, len(scenario.acting_forces))
     tolerances = beam_tolerances(scenario, Sections.from_scenario(scenario).mass)
-    q = beam.straight(scenario.initial.angle)
+    q, earlier = beam.straight(scenario.initial.angle), dict[int, Earlier]()
+    if scenario.initial.state != "undeformed":
+        q, earlier = start_of(scenario, beam, scheme, parts)
     speed = motion.at(0.0).speed if driven else scenario.initial.angular_velocity
     return Problem(
         model,
@@ -45,5 +49,6 @@ def exact_problem(scenario: Scenario, beam: ExactBeam | None = None, parts: Part
             *(model.shaking.breakpoints if model.shaking else ()),
             *(model.forces.each.breakpoints if model.forces else ()),
         ),
+        earlier=earlier if scenario.contact.enabled else {},
         hand_over=hand_over_of(model.touchings),
     )
