@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.fem_beam.exact import ElasticSections
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
 from oblique_impact.fem_beam.exact.exact_rest import ExactBalance, find_rest
 from oblique_impact.fem_beam.exact.exact_system import beam_of
@@ -75,7 +75,8 @@ def test_a_dead_load_bends_a_clamped_beam_into_the_elastica(load):
     assert np.all(orders > 3.7)
 
 
-def test_forces_at_rest_have_their_derivatives():
+@pytest.mark.parametrize("radius", [0.0, 0.2])
+def test_forces_at_rest_have_their_derivatives(radius):
     """In a state that is far from straight, with a follower, masses, a hub's radius, pegs, and a face."""
     words = [
         *PEGS,
@@ -85,7 +86,8 @@ def test_forces_at_rest_have_their_derivatives():
         "initial.angle=0.1",
     ]
     scenario = absolute(*words)
-    balance = ExactBalance(scenario, beam_of(scenario))
+    own = beam_of(scenario)
+    balance = ExactBalance(scenario, ExactBeam(own.ends, own.sections, scenario.point_masses, 0.0, radius))
     rng = np.random.default_rng(3)
     z = balance.beam.start + 0.02 * rng.normal(size=balance.beam.size)
     closed = np.ones(balance.count, dtype=bool)

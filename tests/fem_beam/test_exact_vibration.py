@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from oblique_impact import Scenario, frequencies_at_rest, simulate
 from oblique_impact.fem_beam.exact import ElasticSections
 from oblique_impact.fem_beam.exact.exact_vibration import vibration_modes
+from oblique_impact.validation import fit
 from oblique_impact.vibration import VibrationModes
 
 STIFF, MASS = 68.952e9 * 7.85e-9, 3.14e-4 * 2766.7  # N m^2, kg
@@ -121,6 +122,19 @@ def test_a_force_across_is_a_spring_that_turns_with_the_beam():
     first, second = (moved[k * 400 : (k + 1) * 400].mean() for k in range(2))
     assert whole.sum() >= 800
     assert abs(np.angle(second / first)) < 0.02  # rad in a period
+
+
+def test_a_fit_of_frequencies_gives_stop_and_mass_back(tmp_path):
+    loads = "masses=[{place=0.5,mass=0.1}]", "forces=[{place=0.9,force=5,direction=1.5}]"
+    scenario = absolute(*PEG, *loads, "discretization.elements=6")
+    rates = frequencies_at_rest(scenario, 2).frequencies.tolist()
+    lines = [f"frequency:{k} [rad/s], {rate!r}, 0.01" for k, rate in enumerate(rates, start=1)]
+    data = tmp_path / "frequencies.csv"
+    data.write_text("\n".join(["quantity, value, deviation", *lines]) + "\n")
+    guess, keys = scenario.replace(masses=[{"place": 0.5, "mass": 0.08}]), ["masses.1.mass", "contact.stiffness"]
+    found = fit(guess, data, vary=keys, starts=1, workers=1)
+    assert found["masses.1.mass"].value == pytest.approx(0.1, rel=1e-4)
+    assert found["contact.stiffness"].value == pytest.approx(3e4, rel=1e-4)
 
 
 def test_frequencies_at_rest_say_what_is_closed():
