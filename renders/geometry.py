@@ -355,7 +355,9 @@ class BeamGeometry:
         slopes = np.interp(forces.places, self.stations, self.along("section_rotation", k))
         found = [forces.in_frame(i, time, theta, slope[None])[0] for i, slope in enumerate(slopes)]
         if self.scenario.is_absolute:  # where a force across the beam turns as far as its section
-            turned = 1j * np.exp(1j * slopes)
+            bent = self._bent(k)
+            tangents = np.interp(forces.places, self.stations, self._derivative @ (bent.arms + bent.u))
+            turned = 1j * tangents / np.abs(tangents)
             values = [force_value(forces, i, float(time[0])) for i in range(slopes.size)]
             found = [
                 v * t if of.follows else f for v, t, of, f in zip(values, turned, forces.each, found, strict=True)

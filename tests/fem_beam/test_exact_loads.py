@@ -10,6 +10,7 @@ import pytest
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
+from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.scenario.model import PointMass
 
 FREE = ["contact.enabled=false", "initial.angle=0.3"]
@@ -114,3 +115,15 @@ def test_a_point_mass_moves_as_the_section_that_carries_it():
         energy = 0.5 * 0.7 * (3.0 * place - 2.0) ** 2 + 0.5 * 0.02 * 9.0
         assert float(beam.kinetic_energy(v)) == pytest.approx(energy, rel=1e-13)
         assert beam.weight(9.8).reshape(-1, 3).sum(axis=0) == pytest.approx([0.0, -0.7 * 9.8, 0.0], rel=1e-13)
+
+
+def test_pictures_have_the_arrows_of_forces_that_turn_with_the_beam():
+    """Of a beam at rest whose tip has turned by 129 degrees."""
+    words = ["root.kind=driven", "initial.angle=0", "initial.state=equilibrium", "end_time=1e-3"]
+    history = simulate(absolute(*words, "forces=[{force=3000},{place=0.5,force=10,direction=1}]"))
+    turned = float(history["q"][0, -1])
+    assert turned > 2.0
+    _, drawn = BeamGeometry(history).applied_forces(0)
+    across = 3000.0 * np.array([-math.sin(turned), math.cos(turned)])
+    assert drawn[0] == pytest.approx(across, abs=3.0)
+    assert drawn[1] == pytest.approx([10.0 * math.cos(1.0), 10.0 * math.sin(1.0)], rel=1e-12)
