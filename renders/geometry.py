@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.point_forces import forces_of
+from oblique_impact.beam.point_forces import force_value, forces_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
@@ -358,6 +358,14 @@ class BeamGeometry:
         theta, time = np.atleast_1d(self.value("theta", k)), np.atleast_1d(self.value("time", k))
         slopes = np.interp(forces.places, self.stations, self.along("section_rotation", k))
         found = [forces.in_frame(i, time, theta, slope[None])[0] for i, slope in enumerate(slopes)]
+        if self.scenario.is_absolute:  # where a force across the beam turns as far as its section
+            bent = self._bent(k)
+            tangents = np.interp(forces.places, self.stations, self._derivative @ (bent.arms + bent.u))
+            turned = 1j * tangents / np.abs(tangents)
+            values = [force_value(forces, i, float(time[0])) for i in range(slopes.size)]
+            found = [
+                v * t if of.follows else f for v, t, of, f in zip(values, turned, forces.each, found, strict=True)
+            ]
         return self.on_axis(forces.places, k), _components(np.exp(1j * theta[0]) * np.array(found))
 
     @cached_property

@@ -9,10 +9,12 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion, drive_angle
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.point_forces import forces_of
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.point_loads import COLUMNS, PlacedForces
 from oblique_impact.fem_beam.exact.root import (
     ANGLE_AFTER,
     ANGLE_BEFORE,
@@ -68,6 +70,7 @@ class MeanStep(NamedTuple):
     begun: Array  # (elements, 2, 8) state at Gauss points there
     ended: Array  # and at its end, as far as iterations have come
     load: Array  # (d,) mean forces from outside
+    forces: Array  # (k, 7) those at places of the beam, see the module `point_loads`
     root: Array  # (5,) see the module `root`
     moved: Array  # (3,) displacements of the unknowns of a driven root, m, and its turn
     move: Array  # (d,) displacements, as far as iterations have come
@@ -76,14 +79,15 @@ class MeanStep(NamedTuple):
     times: Array  # (2,) s, its length and its middle
 
     @classmethod
-    def new(cls, elements: int) -> MeanStep:
-        """Allocate it."""
+    def new(cls, elements: int, forces: int) -> MeanStep:
+        """Allocate it for a beam with so many forces at places of it."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
         return cls(
             q=np.zeros(d),
             begun=np.zeros(fields),
             ended=np.zeros(fields),
             load=np.zeros(d),
+            forces=np.zeros((forces, COLUMNS)),
             root=np.zeros(ROOT_NUMBERS),
             moved=np.zeros(NODE),
             move=np.zeros(d),
@@ -104,6 +108,7 @@ class _ExactData(NamedTuple):
     jumps: Array  # (k,) s, at which the root's motion is not smooth
     drive: Law | None  # angle (rad) of a driven root over time, in the place of a spin-up
     shaking: Shaking | None  # of the base; None if it stands still
+    forces: PlacedForces | None  # on the beam
     step: MeanStep  # of time-stepping with rigid obstacles
 
 
@@ -149,13 +154,12 @@ def _root_angle(model: ExactModel, t: float) -> float:
 
 
 @jitable
-def work_of_drives(model: ExactModel, t: float, move: Array) -> float:
-    """Work (J) of the torque on a hub and of the shaking at t (s) on a step (d,) of the unknowns."""
-    work, acceleration = model.numbers.torque * move[2], _base_acceleration(model.shaking, t)
-    if acceleration != 0.0:
-        for j in range(move.shape[0]):
-            work += acceleration * model.carried[j] * move[j]
-    return float(work)
+def drive_forces(model: ExactModel, t: float, forces: Array) -> None:
+    """Put the torque on a hub and the forces of the shaking at t (s) into `forces` (d,)."""
+    acceleration = _base_acceleration(model.shaking, t)
+    for j in range(forces.shape[0]):
+        forces[j] = acceleration * model.carried[j]
+    forces[2] += model.numbers.torque
 
 
 @jitable
@@ -215,7 +219,7 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     own = Sections.from_scenario(scenario)
     ends = mesh_of(scenario, own).p[0]
     elastic = sections or ElasticSections.of(scenario)
-    return ExactBeam(ends, elastic, float(own.outer_mass(own.length)), own.hub_inertia, own.hub_radius)
+    return ExactBeam(ends, elastic, own.masses, own.hub_inertia, own.hub_radius)
 
 
 def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactModel:
@@ -254,8 +258,18 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
         np.array(motion.breakpoints if driven else (), dtype=float),
         motion.drive_angle if driven else None,
         shaking,
-        MeanStep.new(len(beam.points)),
+        placed_forces(scenario, beam),
+        MeanStep.new(len(beam.points), len(scenario.acting_forces)),
     )
+
+
+def placed_forces(scenario: Scenario, beam: ExactBeam) -> PlacedForces | None:
+    """Return the forces of a scenario with the nodes that carry them; None if there are none."""
+    each = forces_of(scenario)
+    if each is None:
+        return None
+    first, shapes = zip(*(beam.row_at(float(x)) for x in each.places), strict=True)
+    return PlacedForces(each, np.array(first), np.array(shapes))
 
 
 def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:

@@ -15,11 +15,12 @@ from oblique_impact.fem_beam.exact.exact_system import (
     LENGTH,
     MIDDLE,
     ExactModel,
+    drive_forces,
     hold_at,
     load_at,
     take_root,
-    work_of_drives,
 )
+from oblique_impact.fem_beam.exact.point_loads import add_point_forces, subtract_point_tangent, take_point_forces
 from oblique_impact.fem_beam.exact.root import (
     ANGLE_AFTER,
     ANGLE_BEFORE,
@@ -50,6 +51,7 @@ from oblique_impact.kernels.workspace import (
     INCREMENT,
     RESIDUAL,
     SCRATCH_A,
+    SCRATCH_B,
     SUPPLY,
     Array,
     Evaluation,
@@ -66,6 +68,7 @@ def begin_step(model: ExactModel, t: float, h: float, q: Array, w: Workspace) ->
     copy(q, step.q)
     take_fields(model.beam, q, step.begun)
     load_at(model, t + 0.5 * h, step.load)
+    take_point_forces(model.forces, t + 0.5 * h, step.forces)
     take_root(model, t, h, step.root)
     hold_at(model, t + h, step.moved)
     for j in range(NODE):
@@ -103,21 +106,26 @@ def take_residual(model: ExactModel, t: float, q: Array, qd: Array, qdd: Array, 
     _move(model, qd, end)
     for j in range(q.shape[0]):
         residual[j] = supply[j] = 0.0
+    driving = w.vectors[SCRATCH_B]
+    drive_forces(model, t, driving)
     add_forces(beam, step.begun, step.ended, step.move, numbers.kelvin_voigt / h, residual)
     add_inertia(beam, 1.0, qdd, residual)
     moment, (ratio, _) = root_moment(root, step.q[2], end[2], h), turn_ratio(step.move[2])
     for j in range(q.shape[0]):
         load = step.load[j] - (moment if j == 2 else 0.0)
         residual[j] = (load / turn_ratio(step.move[j])[0] if j % NODE == 2 else load) - residual[j]
-    power = (work_of_drives(model, t, step.move) - moment * (root[ANGLE_AFTER] - root[ANGLE_BEFORE])) / h
+    add_point_forces(step.forces, step.q, end, residual)
+    add_point_forces(step.forces, step.q, end, driving)
+    power = (dot(driving, step.move) - moment * (root[ANGLE_AFTER] - root[ANGLE_BEFORE])) / h
+    for j in range(q.shape[0]):  # powers change with the accelerations that are still to come
+        supply[j] = 0.5 * h * driving[j]
     step.pull[0], step.pull[1] = residual[0], residual[1]
     if numbers.driven:
         for i in range(numbers.held):
             power -= residual[i] * qd[i]
-            # the force of the drive changes with the accelerations that are still to come
             for j in range(i + BANDWIDTH + 1):
                 supply[j] += 0.5 * h * h * step.rows[i, BANDWIDTH + j - i] * qd[i]
-        power -= dot(supply, qdd)
+    power -= dot(supply, qdd)
     if root[ARM] > 0.0:
         lever, _, _ = levers(root, step.q[2], end[2])
         residual[2] += (lever.real * step.pull[0] + lever.imag * step.pull[1]) / ratio
@@ -135,6 +143,7 @@ def factor_effective(
     step, h = model.step, model.step.times[LENGTH]
     set_to_inertia(model.beam, 2.0 / (h * h), step.rows)
     add_tangent(model.beam, step.begun, step.ended, step.move, model.numbers.kelvin_voigt / h, step.rows)
+    subtract_point_tangent(step.forces, w.vectors[SCRATCH_A], step.rows)
     stiffen_root(step.root, h, step.rows)
     bind_matrix(step.root, step.q[2], step.q[2] + step.move[2], step.pull, step.rows)
     return bool(factor_rows(step.rows, model.numbers.held))

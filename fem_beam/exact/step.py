@@ -27,6 +27,7 @@ from scipy.linalg import LinAlgError, solve_banded
 
 from oblique_impact.contact.state import FREE, STICKING, Candidate, Contacts
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
+from oblique_impact.fem_beam.exact.point_loads import COLUMNS, add_point_forces, subtract_point_tangent
 from oblique_impact.fem_beam.exact.root import (
     ARM,
     ROOT_NUMBERS,
@@ -86,6 +87,7 @@ class NewtonBuffers(NamedTuple):
     q1: Array  # (d,)
     v1: Array  # (d,)
     load: Array  # (d,) mean forces from outside, to be given
+    forces: Array  # (k, 7) those at places of the beam, see the module `point_loads`, to be given
     held: Array  # (3,) values of prescribed unknowns at the end, to be given
     root: Array  # (5,) the root that yields or turns on a radius, to be given
     spare: Array  # (d,)
@@ -100,7 +102,7 @@ class NewtonBuffers(NamedTuple):
     increments: Array  # (16,) of the iterations, relative
 
     @classmethod
-    def new(cls, elements: int, contacts: int) -> NewtonBuffers:
+    def new(cls, elements: int, contacts: int, forces: int = 0) -> NewtonBuffers:
         """Allocate them."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
         return cls(
@@ -111,6 +113,7 @@ class NewtonBuffers(NamedTuple):
             q1=np.zeros(d),
             v1=np.zeros(d),
             load=np.zeros(d),
+            forces=np.zeros((forces, COLUMNS)),
             held=np.zeros(NODE),
             root=np.zeros(ROOT_NUMBERS),
             spare=np.zeros(d),
@@ -159,6 +162,7 @@ def take_newton_step(
             turn_inertia(b.move, b.rows)
             add_tangent(beam, b.begun, b.ended, b.move, relaxation, b.rows)
             turn_rows(b.move, b.spare, b.rows)
+            subtract_point_tangent(b.forces, b.q1, b.rows)
             stiffen_root(b.root, h, b.rows)
             bind_matrix(b.root, q0[2], b.q1[2], b.change, b.rows)
             if not factor_rows(b.rows, count):
@@ -204,6 +208,7 @@ def _take_residual(beam: BeamData, b: NewtonBuffers, q0: Array, inertia: float, 
     turn_forces(b.move, b.change)
     for j in range(q0.shape[0]):
         b.change[j] = b.load[j] - b.change[j]
+    add_point_forces(b.forces, q0, b.q1, b.change)
 
 
 @jitable

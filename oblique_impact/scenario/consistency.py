@@ -74,8 +74,6 @@ def _of_rest(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "initial.state", 'should be "undeformed" of a root that turns at t = 0: it is not at rest'
     if s.root.is_free:
         yield "initial.state", 'should be "undeformed" of a beam that nothing holds'
-    if s.is_absolute:
-        yield "initial.state", 'should be "undeformed" of the beam in absolute coordinates'
 
 
 def _of_rigid_stop(s: ScenarioModel) -> Iterator[tuple[str, str]]:
@@ -213,10 +211,6 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if getattr(s.beam, name) > 0.0:
             without = "has no frame or modes that would move without it"
             yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
-    if s.masses:
-        yield "masses", f"{exact} carries beam.tip_mass alone"
-    if s.forces:
-        yield "forces", f"{exact} takes none"
     if s.solver.scheme != "time-stepping":
         yield "solver.scheme", f'{exact} is marched by "time-stepping" only, which is the default'
 
