@@ -65,6 +65,7 @@ def struck(*words: str, name: str = "paper") -> History:
             "initial.angle=0.15",
             'obstacles=[{kind="point",origin=[0.03,0.0],radius=0.002}]',
         ),
+        ("forces=[{place=0.7,force=-30.0},{place=0.43,force=20.0,frequency=300,direction=1.0}]",),
         (*PEG, *HUB, "initial.angle=0.1"),
         (*PEG, *HUB, "initial.angle=0.1", "root.stiffness=100", "root.damping=0.5"),
         (*AT_ROOT, *HUB, "initial.angle=0.1", "root.stiffness=100"),
@@ -100,6 +101,7 @@ def struck(*words: str, name: str = "paper") -> History:
         "hub",
         "driven",
         "driven at its root",
+        "forces on the beam",
         "hub with a radius",
         "hub on a spring",
         "hub, at its root",
@@ -127,6 +129,15 @@ def test_it_is_the_limit_of_stiff_springs():
         errors.append(spring.summary["macro_collisions"][0]["normal_impulse"] / rigid - 1.0)
     assert abs(errors[0]) > 7.0 * abs(errors[1])
     assert abs(errors[2]) < 3e-5
+
+
+@pytest.mark.parametrize("words", [(), ("masses=[{place=0.3,mass=0.2}]", "forces=[{place=0.8,force=-30.0}]")])
+def test_a_beam_that_starts_at_rest_on_a_peg_stays_there(words):
+    at_rest = "initial.state=equilibrium", "initial.angle=-0.01", "initial.angular_velocity=0", "end_time=0.02"
+    history = struck(*PEG, 'obstacles=[{kind="point",origin=[0.5,-0.02],radius=0.01}]', *at_rest, *words)
+    assert history["contact_lambda_n"].values.min() > 1.0
+    assert np.ptp(history["q"].values, axis=0).max() < 1e-12
+    assert np.ptp(history["contact_lambda_n"].values) < 1e-8 * history["contact_lambda_n"].values.max()
 
 
 def test_a_plastic_impact_stays_closed_and_restitution_opens_it():

@@ -13,6 +13,7 @@ from oblique_impact.renders import export
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.scenery import pin
 from oblique_impact.renders.story import story_of
+from oblique_impact.scenario.model import PointMass
 from oblique_impact.validation.studies.predictability import closing_turn
 
 FREE = "discretization.method=absolute discretization.elements=6 root.kind=free"
@@ -31,7 +32,9 @@ def run(*keys: str) -> History:
 @pytest.mark.parametrize("length", [4e-3, 0.04])
 def test_a_vibrating_beam_in_free_flight_keeps_both_momenta_and_the_energy(length):
     """To rounding, in steps that turn it by a hundredth of a radian or by a tenth of one."""
-    b = ExactBeam(np.linspace(0.0, 1.0, 5), ElasticSections.uniform(1e3, 1e3, 5.0, 1.0, 1e-3), tip_mass=0.2)
+    b = ExactBeam(
+        np.linspace(0.0, 1.0, 5), ElasticSections.uniform(1e3, 1e3, 5.0, 1.0, 1e-3), masses=[PointMass(1.0, 0.2)]
+    )
     start = b.straight(0.4)
     speeds = b.turning(start, 3.0) + np.random.default_rng(2).normal(size=b.size) * b.scale * 0.3
     upwards = np.tile([0.0, 1.0, 0.0], b.x.size)
