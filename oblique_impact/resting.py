@@ -34,7 +34,9 @@ from oblique_impact.errors import InputError
 from oblique_impact.kernels.jit import is_compiled
 from oblique_impact.kernels.workspace import FORCES, Array
 from oblique_impact.marching.sampling import solve_problem
+from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.messages import refused
+from oblique_impact.scenario.scenario import Scenario
 
 Mask = NDArray[np.bool_]
 
@@ -149,6 +151,15 @@ class Balance:
         whole = np.zeros(self.beam.size)
         whole[self.free] = move
         return float(max(abs(self.beam.split(whole)[0]), self.beam.relative_deflection(whole[None])[0]))
+
+    def held_stiffness(self, bend: Array) -> Array:
+        """Return the stiffness (d, d) of the beam's own bending, with a spring of its weight on the frame.
+
+        Without loads this is of the size of the tangent `bend` (d, d).
+        """
+        beam, root = self.beam, self.beam.scenario.root
+        moment = beam.scenario.largest_gravity * beam.operators.Sm + abs(root.torque)
+        return beam.held_stiffness(moment or float(np.max(np.abs(bend))))
 
     def _softness(self, c: Candidate, force: float | None) -> float:
         """Compression over force (m/N) of a stop alone where it is or, at a force (N), the slope of that."""
@@ -382,9 +393,7 @@ def _positive(balance: Balance, bend: Array) -> Array:
 
     By springs: one on the frame, of the size of the weight's moment, and those of the beam's own bending.
     """
-    beam, free = balance.beam, balance.free
-    weight = beam.scenario.largest_gravity * beam.operators.Sm + abs(beam.scenario.root.torque)
-    more = beam.held_stiffness(weight or float(np.max(np.abs(bend))))
+    free, more = balance.free, balance.held_stiffness(bend)
     for times in (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0):
         try:
             return np.asarray(cholesky((bend + times * more)[free, free], lower=True))
@@ -403,16 +412,20 @@ def start_at_rest(beam: Beam, parts: Parts = Parts()) -> tuple[Array, Array, dic
     """
     found = state_at_rest(beam, parts)
     still = beam.initial_state()[1] * 0.0
-    scheme, sticks = parts.scheme or scheme_of(beam.scenario), beam.scenario.contact.friction == "hybrid"
-    criterion, goes_on = scheme.stick_criterion, beam.scenario.initial.state != "plucked"
+    return found.q, still, earlier_of(found, beam.scenario, parts.scheme or scheme_of(beam.scenario))
+
+
+def earlier_of(found: Rest, scenario: Scenario, scheme: Scheme) -> dict[int, Earlier]:
+    """Return the contacts of a beam at rest that go on at t = 0, as a scheme takes them."""
+    sticks, goes_on = scenario.contact.friction == "hybrid", scenario.initial.state != "plucked"
     # as a beam is let go contacts may slip, and rigid ones open: accelerations decide, or the first step
+    criterion = scheme.stick_criterion
     follows = scheme.decides or (criterion is not None and criterion.located)
-    earlier = {
+    return {
         i: Earlier(STICKING if sticks else SLIDING, float(found.forces[i]), 0.0, float(found.slips[i]))
         for i in found.closed
         if goes_on or (follows and found.elastic[i])
     }
-    return found.q, still, earlier
 
 
 def state_at_rest(beam: Beam, parts: Parts = Parts()) -> Rest:

@@ -130,6 +130,10 @@ def frequencies_at_rest(
     if friction == "stuck" and contact.friction != "hybrid":
         raise refused("contact.friction", contact.friction, 'should be "hybrid": no other contact sticks')
     check_numbers(Sections.from_scenario(scenario))
+    if scenario.is_absolute:
+        from oblique_impact.fem_beam.exact.exact_vibration import vibration_modes  # which is built on this package
+
+        return vibration_modes(scenario, wanted, friction == "stuck")
     beam = beam_of(scenario.adapted(initial__state="equilibrium"))
     balance = Balance(beam)
     at = rest(balance, beam.initial_state()[0])
@@ -141,7 +145,7 @@ def frequencies_at_rest(
     free = balance.free
     base = null_space(rows[:, free]) if len(rows) else np.eye(beam.size)[free, free]
     M, C, K = (base.T @ X[free, free] @ base for X in (M, C, K))
-    frequencies, damping, vectors = _eigenvalues(M, C, K, wanted)
+    frequencies, damping, vectors = eigenvalues_of(M, C, K, wanted)
     whole = np.zeros((vectors.shape[1], beam.size))
     whole[:, free] = (base @ vectors).T
     parts, stations = beam.split(whole), beam.operators.stations
@@ -180,7 +184,7 @@ def _stuck(balance: Balance, at: Rest, stiffness: Array) -> tuple[Array, Array]:
     return rows[:0], stiffness + rows.T @ np.linalg.pinv(shared) @ rows
 
 
-def _eigenvalues(M: Array, C: Array, K: Array, count: int) -> tuple[Array, Array, Array]:
+def eigenvalues_of(M: Array, C: Array, K: Array, count: int) -> tuple[Array, Array, Array]:
     """Return frequencies (rad/s), damping ratios (n,) and vectors (d, n) of at most `count` modes, ascending.
 
     Of flexibilities, and of the inverse of the eigenvalues, the lowest modes are those that are good to rounding.

@@ -271,7 +271,7 @@ def _surface(geometry: BeamGeometry, k: float) -> pv.PolyData:
 
 
 def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterator[Frame]:
-    """Yield the frames: the beam three times, its pin, and with contact its point and the slope.
+    """Yield the frames: the beam three times, its pin if it has one, and with contact its point and the slope.
 
     The beam is there as a swept tube, as its axis, a polyline, and in its initial shape.  The last one alone
     carries `displacement`: its points do not move, and Warp By Vector makes them the true shape, in the colours of
@@ -283,8 +283,11 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
     # in triangles, as XDMF has no polygon of many corners, and without arrays
     blocks = [block(geometry, obstacle) for obstacle in story.obstacles]
     whole = [pv.merge(blocks).extract_surface(algorithm="dataset_surface")] if blocks else []
-    solids = [pin(geometry), *whole]
-    fixed = [pv.PolyData(solid.points, faces=solid.faces) for solid in (one.triangulate() for one in solids)]
+    foot = pin(geometry)
+    fixed = [
+        pv.PolyData(solid.points, faces=solid.faces)
+        for solid in (one.triangulate() for one in [*([foot] if foot else []), *whole])
+    ]
     times, side = geometry.times, sides(geometry.times)
     for done, k in enumerate(samples):
         on_progress(Progress(done, samples.size))
@@ -295,15 +298,18 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
         initial = pv.PolyData(start, faces=geometry.solid.faces)
         initial.point_data.update(surface.point_data)
         initial.point_data["displacement"] = geometry.true.tube(k)[0] - start
-        parts = {"surface": surface, "centreline": line, "reference": initial, "pin": fixed[0]}
+        parts = {"surface": surface, "centreline": line, "reference": initial}
+        if foot:
+            parts["pin"] = fixed[0]
         if story.obstacles:  # last, so that the numbers of the others are always the same
-            parts |= {"contact_point": _contact_points(geometry, k), "slope": fixed[1]}
+            parts |= {"contact_point": _contact_points(geometry, k), "slope": fixed[-1]}
         if geometry.sections.masses:
             parts["masses"] = _masses(geometry, k)
         if geometry.scenario.acting_forces:
             parts["forces"] = _forces(geometry, k)
         for number, mesh in enumerate(parts.values()):
-            mesh.cell_data["part"] = np.full(mesh.n_cells, number)
+            behind = number > 2 and not foot  # the number of the pin is its own where there is none
+            mesh.cell_data["part"] = np.full(mesh.n_cells, number + behind)
         yield {"time": float(times[k]), "side": int(side[k]), "sample": int(k)}, parts
     on_progress(Progress(samples.size, samples.size))
 

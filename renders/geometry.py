@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.beam import contact_places
-from oblique_impact.beam.bent_beam import BentBeam
+from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.point_forces import forces_of
+from oblique_impact.beam.point_forces import force_value, forces_of
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
@@ -222,7 +222,7 @@ class BeamGeometry:
     @property
     def inner_point(self) -> str:
         """Name of the near end of the chord."""
-        return "root" if self.scenario.root.kind == "driven" else "pin"
+        return {"driven": "root", "free": "first end"}.get(self.scenario.root.kind, "pin")
 
     def deflection_words(self, factor: float) -> str:
         """Return in words how deflections are drawn that are magnified by a factor."""
@@ -273,8 +273,8 @@ class BeamGeometry:
 
     def side_of(self, point: ObstaclePoint) -> float:
         """Return on which side of a point the beam is, seen along it: 1 on its left, -1 on its right."""
-        angle = self.scenario.initial.angle
-        return float(-np.copysign(1.0, point.y * np.cos(angle) - point.x * np.sin(angle)))
+        seen = point.seen_from(self.scenario.root_axis, self.scenario.initial.angle)
+        return float(-np.copysign(1.0, seen.imag))
 
     @cached_property
     def main_contact(self) -> int:
@@ -358,6 +358,14 @@ class BeamGeometry:
         theta, time = np.atleast_1d(self.value("theta", k)), np.atleast_1d(self.value("time", k))
         slopes = np.interp(forces.places, self.stations, self.along("section_rotation", k))
         found = [forces.in_frame(i, time, theta, slope[None])[0] for i, slope in enumerate(slopes)]
+        if self.scenario.is_absolute:  # where a force across the beam turns as far as its section
+            bent = self._bent(k)
+            tangents = np.interp(forces.places, self.stations, self._derivative @ (bent.arms + bent.u))
+            turned = 1j * tangents / np.abs(tangents)
+            values = [force_value(forces, i, float(time[0])) for i in range(slopes.size)]
+            found = [
+                v * t if of.follows else f for v, t, of, f in zip(values, turned, forces.each, found, strict=True)
+            ]
         return self.on_axis(forces.places, k), _components(np.exp(1j * theta[0]) * np.array(found))
 
     @cached_property
@@ -419,7 +427,9 @@ class BeamGeometry:
 
     def _bent(self, k: float | Integers) -> BentBeam:
         """Return the axis at sample k, or at several."""
-        names = ("theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot")
+        names: tuple[str, ...] = ("theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot")
+        if self.scenario.root.is_free:
+            names += OF_A_FREE_BEAM
         sample = {"station": self.stations} | {name: self.value(name, k) for name in names}
         return BentBeam.of_history(self.scenario, sample)
 

@@ -137,14 +137,15 @@ class View:
         """Add pin, slope and ground; returns the solids, and lines (2, 2) in the planes on which shadows fall."""
         theme = self.theme
         ground = story.ground if self.style.ground else None
-        foot = pin(geometry)
-        self.add(foot, color=theme.pin, **_SOLID)
+        feet = [solid for solid in [pin(geometry)] if solid]
+        for foot in feet:
+            self.add(foot, color=theme.pin, **_SOLID)
         obstacles = drawn_obstacles(geometry)
         blocks = [block(geometry, obstacle) for obstacle in obstacles]
         planes = []
         if ground:
             standing = [
-                *([] if geometry.clamped else [foot]),
+                *([] if geometry.clamped else feet),
                 *(b for b, o in zip(blocks, obstacles, strict=True) if o.is_side and o.normal[1] > 0.0),
             ]
             blocks += [found for found in (stand(solid, ground) for solid in standing) if found]
@@ -155,7 +156,7 @@ class View:
         if ground:
             blocks.append(slab(ground))
             self._add_block(blocks[-1], theme.ground, theme.line)
-        return [foot, *blocks], planes
+        return [*feet, *blocks], planes
 
     def _add_block(self, solid: pv.PolyData, colour: str, edge: str) -> None:
         lit = solid.compute_normals(point_normals=False)  # else the faces are lit by normals with rounding errors

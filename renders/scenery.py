@@ -24,8 +24,13 @@ def block(geometry: BeamGeometry, obstacle: DrawnObstacle) -> pv.PolyData:
     return pv.PolyData(np.concatenate([back, front]), np.concatenate([[len(face), *face] for face in faces]))
 
 
-def pin(geometry: BeamGeometry) -> pv.PolyData:
-    """Return the pin (two cheeks with a bolt on a foot), a hub's disc, or the wall of a clamped beam."""
+def pin(geometry: BeamGeometry) -> pv.PolyData | None:
+    """Return the pin (two cheeks with a bolt on a foot), a hub's disc, or the wall of a clamped beam.
+
+    None of a beam that nothing holds.
+    """
+    if geometry.scenario.root.is_free:
+        return None
     r, hub = float(geometry.radii[0]), geometry.scenario.root.hub_radius
     side = max(r, geometry.half_width)  # of the beam between the cheeks
     if geometry.clamped and hub == 0.0:

@@ -132,8 +132,10 @@ class Story:
     def thickness(self) -> float:
         """How many times as thick as they are beams are drawn in stills and films, so that they can be seen."""
         places = np.concatenate([looked_at(geometry) for geometry in self.geometries])
-        reach = max(1.2 * (g.scenario.beam.length + g.scenario.root.hub_radius) for g in self.geometries)
-        seen = np.append(np.clip(np.nan_to_num(places), -reach, reach), [(0.0, 0.0)], axis=0)
+        reach = max(1.2 * g.scenario.reach for g in self.geometries)
+        seen = np.clip(np.nan_to_num(places), -reach, reach)
+        if not self.geometries[0].scenario.root.is_free:
+            seen = np.append(seen, [(0.0, 0.0)], axis=0)
         radius = min(float(geometry.radii.max()) for geometry in self.geometries)
         return max(1.0, math.ceil(0.5 * _THIN * float(np.ptp(seen, axis=0).max()) / radius))
 

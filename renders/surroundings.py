@@ -71,7 +71,7 @@ def drawn_obstacles(geometry: BeamGeometry) -> list[DrawnObstacle]:
 def _side(geometry: BeamGeometry, side: Side) -> DrawnObstacle | None:
     """Return what is drawn of a side: as far as its ends, or as any part of the beam comes near or below it."""
     scenario = geometry.scenario
-    length, reach = scenario.beam.length, _SEEN * (scenario.beam.length + scenario.root.hub_radius)
+    length, reach = scenario.beam.length, _SEEN * scenario.reach
     c, s = np.cos(side.angle), np.sin(side.angle)
     tangent, normal = np.array([c, s]), np.array([-s, c])
     pin = -float(np.dot(side.origin, tangent))
@@ -134,12 +134,15 @@ def ground_of(geometries: Sequence[BeamGeometry], obstacles: Sequence[DrawnObsta
         return None
     outlines = np.concatenate([obstacle.outline for obstacle in obstacles])
     length = first.scenario.beam.length
-    foot = max(FOOT * float(first.radii[0]), first.scenario.root.hub_radius)
-    y = min(float(outlines[:, 1].min()), -foot)
+    foot = np.zeros((0, 2))
+    if not first.scenario.root.is_free:
+        deep = max(FOOT * float(first.radii[0]), first.scenario.root.hub_radius)
+        foot = np.array([(-deep, -deep), (deep, -deep)])
+    y = float(np.concatenate([outlines, foot])[:, 1].min())
     places = np.concatenate([looked_at(geometry) for geometry in geometries])
-    reached = places[np.all(np.abs(places) < 1e3 * length, axis=1)]
+    reached = places[np.all(np.abs(places) < 1e3 * first.scenario.reach, axis=1)]
     if reached[:, 1].min() < y:
         return None
-    x = np.concatenate([outlines[:, 0], reached[:, 0], [-foot, foot]])
+    x = np.concatenate([outlines[:, 0], reached[:, 0], foot[:, 0]])
     room = _BEYOND * length
     return Ground(y, float(x.min()) - room, float(x.max()) + room, _WIDER * depth_of(first))

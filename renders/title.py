@@ -30,7 +30,7 @@ def model_words(scenario: Scenario, clamped: bool) -> str:
     """Return material, start, stop, friction and discretization of a run."""
     contact, how = scenario.contact, scenario.discretization
     root = "driven root" if scenario.root.kind == "driven" else scenario.root.kind
-    start = "clamped, at" if clamped else f"on a {root}, from"
+    start = "clamped, at" if clamped else "free, from" if scenario.root.is_free else f"on a {root}, from"
     words = [
         _material(scenario.beam),
         f"{start} {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",

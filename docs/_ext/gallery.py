@@ -20,6 +20,7 @@ ORDER = (
     "gap",
     "slap",
     "edge",
+    "dropped_bar",
     "shaken",
     "stops",
     "cantilever",

@@ -9,6 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact import Scenario
+from oblique_impact.history.variables import OF_A_FREE_BEAM
 from oblique_impact.simulation import compute_history
 from oblique_impact.validation.studies.quantities import quantity_table
 
@@ -25,6 +26,9 @@ class HistoryVariables(SphinxDirective):
             )
             meaning = f"{meaning or '–'}{f' ({comment})' if comment else ''}"
             rows.append(f"| `{name}` | {', '.join(map(str, variable.dims))} | {unit or '–'} | {meaning} |")
+        for name, known in OF_A_FREE_BEAM.items():
+            meaning = f"{known.long_name} (of a beam that nothing holds)"
+            rows.append(f"| `{name}` | {', '.join(known.dimensions)} | {known.units} | {meaning} |")
         return self.parse_text_to_nodes("\n".join(rows))
 
 

@@ -5,7 +5,7 @@
 `ElasticSections`  stiffnesses and inertias
 `advance`          a step in time, `equilibrium` a state of rest
 `exact_problem`    a scenario as a problem for the loop of all methods
-`spectrum`         refuses: frequencies are those of the other discretizations
+`spectrum`         refuses: frequencies are those of the other discretizations, or about an equilibrium
 """
 
 from __future__ import annotations
@@ -34,5 +34,5 @@ __all__ = [
 
 def spectrum(scenario: Scenario) -> NoReturn:
     """Raise InputError: this beam is marched, not linearized."""
-    words = 'has no natural frequencies of its own; use "fem" or "modal"'
+    words = 'has no natural frequencies of its own; use "fem" or "modal", or --closed about its equilibrium'
     raise InputError(f'discretization.method = "absolute": {words}')

@@ -16,6 +16,7 @@ Nodal values are q = [x, y, phi, x, y, phi, ...], node by node from the root.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,9 +32,12 @@ from oblique_impact.fem_beam.exact.step_forces import (
     add_forces,
     add_tangent,
     take_fields,
+    turn_forces,
+    turn_rows,
 )
 from oblique_impact.kernels.band_rows import BANDWIDTH, new_rows
 from oblique_impact.kernels.jit import by_reference, kernel
+from oblique_impact.scenario.model import ON_NODE, PointMass
 
 Complex = NDArray[np.complex128]
 
@@ -79,8 +83,8 @@ class ExactBeam:
         Ends of the elements (m), ascending from 0.
     sections : ElasticSections
         Stiffnesses and inertias.
-    tip_mass : float
-        Point mass at the last node (kg).
+    masses : sequence of PointMass
+        Point masses on the axis, which turn with the section that carries them.
     hub_inertia : float
         Moment of inertia (kg m^2) that turns with the first section.
     radius : float
@@ -91,7 +95,7 @@ class ExactBeam:
         self,
         ends: Array,
         sections: ElasticSections,
-        tip_mass: float = 0.0,
+        masses: Sequence[PointMass] = (),
         hub_inertia: float = 0.0,
         radius: float = 0.0,
     ) -> None:
@@ -111,7 +115,7 @@ class ExactBeam:
         # the nodes of an element are consecutive, its unknowns too
         self._unknowns = 2 * NODE * np.arange(ends.size - 1)[:, None] + np.arange(3 * NODE)
         shapes, slopes = self._shapes()
-        mass, rotary = self._mass_matrices(tip_mass, hub_inertia)
+        mass, rotary = self._mass_matrices(masses, hub_inertia)
         self.M = csr_array(kron(mass, diags_array([1.0, 1.0, 0.0])) + kron(rotary, diags_array([0.0, 0.0, 1.0])))
         #: the same for kernels
         self.data = BeamData(
@@ -134,7 +138,17 @@ class ExactBeam:
                 shapes[e, :, node], slopes[e, :, node] = shape[0][e], shape[0].grad[0][e]
         return shapes, slopes
 
-    def _mass_matrices(self, tip_mass: float, hub_inertia: float) -> tuple[csr_array, csr_array]:
+    def row_at(self, x: float) -> tuple[int, Array]:
+        """First node of the element at a place (m), and the values (3,) of its three nodes' functions there."""
+        near = int(np.argmin(np.abs(self.x - x)))
+        if abs(self.x[near] - x) <= ON_NODE * self.ends[-1]:
+            first = min(near - near % 2, self.x.size - 3)
+            return first, np.eye(3)[near - first]
+        e = int(np.searchsorted(self.ends[1:-1], x))
+        z = (2.0 * x - self.ends[e] - self.ends[e + 1]) / (self.ends[e + 1] - self.ends[e])
+        return 2 * e, np.array([0.5 * z * (z - 1.0), 1.0 - z * z, 0.5 * z * (z + 1.0)])
+
+    def _mass_matrices(self, masses: Sequence[PointMass], hub_inertia: float) -> tuple[csr_array, csr_array]:
         """Mass and rotary inertia over the nodes, (n, n)."""
         exact = Basis(self._basis.mesh, ElementLineP2(), intorder=_EXACT)
         order = np.argsort(self._number)
@@ -143,11 +157,14 @@ class ExactBeam:
             form = BilinearForm(lambda u, v, w: weight(w.x[0]) * u * v)  # type: ignore[operator]
             return csr_array(csr_array(form.assemble(exact))[order][:, order])
 
-        ends = np.zeros((2, self.x.size))
-        ends[0, -1], ends[1, 0] = tip_mass, hub_inertia
-        mass = scalar(self.sections.mass) + diags_array(ends[0])
-        rotary = scalar(self.sections.rotary) + diags_array(ends[1])
-        return csr_array(mass), csr_array(rotary)
+        rows = np.zeros((len(masses), self.x.size))
+        for row, point in zip(rows, masses, strict=True):
+            first, shapes = self.row_at(point.place)
+            row[first : first + 3] = shapes
+        points = np.array([[point.mass, point.inertia] for point in masses]).reshape(-1, 2).T
+        hub = diags_array(np.append(hub_inertia, np.zeros(self.x.size - 1)))
+        mass, rotary = (csr_array(rows.T * of) @ csr_array(rows) for of in points)
+        return csr_array(scalar(self.sections.mass) + mass), csr_array(scalar(self.sections.rotary) + rotary + hub)
 
     # --- states
 
@@ -155,6 +172,10 @@ class ExactBeam:
         """Nodal values (3 n,) of the undeformed beam at an angle (rad)."""
         r = np.exp(1j * angle) * (self.radius + self.x)
         return np.stack([r.real, r.imag, np.full(self.x.size, float(angle))], axis=1).ravel()
+
+    def moved(self, q: Array, by: complex) -> Array:
+        """Return nodal values (3 n,) of a beam that is moved by x + i y (m), or velocities (m/s) likewise."""
+        return np.asarray(q + np.tile([by.real, by.imag, 0.0], self.x.size))
 
     def turning(self, q: Array, spin: float) -> Array:
         """Velocities (3 n,) of a rigid turn about the origin at `spin` (rad/s)."""
@@ -251,8 +272,11 @@ def _forces_between(
     beam = by_reference(beam)
     take_fields(beam, q0, fields[0])
     take_fields(beam, q1, fields[1])
-    add_forces(beam, fields[0], fields[1], relaxation, forces)
-    add_tangent(beam, fields[0], fields[1], relaxation, rows)
+    move = q1 - q0
+    add_forces(beam, fields[0], fields[1], move, relaxation, forces)
+    add_tangent(beam, fields[0], fields[1], move, relaxation, rows)
+    turn_rows(move, forces, rows)
+    turn_forces(move, forces)
 
 
 def strains(fields: PointFields) -> Complex:

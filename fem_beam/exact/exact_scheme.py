@@ -21,7 +21,9 @@ from oblique_impact.contact.forces import OK, guards_of
 from oblique_impact.contact.state import END, FREE, GUARDS, LOWER, SLIDING, STICKING, UPPER, Candidate, Contacts
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.fem_beam.exact.averages import Averages
-from oblique_impact.fem_beam.exact.exact_system import ExactModel, hold_at, load_at, work_of_drives
+from oblique_impact.fem_beam.exact.exact_system import ExactModel, drive_forces, hold_at, load_at, take_root
+from oblique_impact.fem_beam.exact.point_loads import add_point_forces, take_point_forces
+from oblique_impact.fem_beam.exact.root import ANGLE_AFTER, ANGLE_BEFORE, root_loss, root_moment
 from oblique_impact.fem_beam.exact.step import (
     DAMPED,
     FORCE,
@@ -107,10 +109,10 @@ class ExactBuffers(NamedTuple):
     log: Array  # (entries, 3 + 6 elements + n): kind, start and end (s) of a step, its mean forces
 
     @classmethod
-    def new(cls, elements: int, n: int) -> ExactBuffers:
-        """Allocate them for a beam with n contacts."""
+    def new(cls, elements: int, n: int, forces: int) -> ExactBuffers:
+        """Allocate them for a beam with n contacts and a number of forces."""
         return cls(
-            NewtonBuffers.new(elements, n),
+            NewtonBuffers.new(elements, n, forces),
             np.zeros((2, n, 5)),
             np.zeros(NODE * (2 * elements + 1)),
             np.zeros(4),
@@ -274,7 +276,9 @@ def _solve(stepper: ExactStepper, t: float, length: float, y: Array) -> bool:
     model, s = stepper.system, stepper.buffers.step
     d, relaxation = s.q1.shape[0], model.numbers.kelvin_voigt / length
     load_at(model, t + 0.5 * length, s.load)
+    take_point_forces(model.forces, t + 0.5 * length, s.forces)
     hold_at(model, t + length, s.held)
+    take_root(model, t, length, s.root)
     q0, v0 = y[:d], y[d : 2 * d]
     taken = take_newton_step(
         model.beam,
@@ -352,7 +356,13 @@ def _accept(stepper: ExactStepper, t: float, end: float, length: float, y: Array
     gained = y_new[2 * d : 2 * d + QUADRATURES + OF_A_CONTACT * n]
     if relaxation > 0.0:
         gained[DAMPING_LOSS] += damping_loss(model.beam, s.begun, s.ended, relaxation)
-    gained[SUPPLIED] += work + work_of_drives(model, t + 0.5 * length, s.move)
+    drive_forces(model, t + 0.5 * length, s.spare)
+    add_point_forces(s.forces, y[:d], s.q1, s.spare)
+    gained[SUPPLIED] += work + dot(s.spare, s.move)
+    if numbers.root_stiffness > 0.0 or numbers.root_damping > 0.0:
+        gained[DAMPING_LOSS] += root_loss(s.root, y[2], s.q1[2], length)
+        moment = root_moment(s.root, y[2], s.q1[2], length)
+        gained[SUPPLIED] -= moment * (s.root[ANGLE_AFTER] - s.root[ANGLE_BEFORE])
     row = b.log[_enter(b, STEP, t, end), 3:]
     points = 2 * s.begun.shape[0]
     for e in range(s.begun.shape[0]):
@@ -479,11 +489,11 @@ def _take_guards(stepper: ExactStepper, i: int, length: float, values: Array) ->
         values[GUARDS * i + LOWER] = min(guards.lower, guards.upper)
         values[GUARDS * i + UPPER] = 1.0
     if c.state != FREE and touching.on_side and touching.heir >= 0:
-        near_first = abs(c.slip - c.first) < abs(c.slip - c.last)
-        if near_first == (touching.outer == 0):
-            # the tip leaves a side for its corner where this comes onto the beam: both ways at the same place
+        near_first, tip = abs(c.slip - c.first) < abs(c.slip - c.last), touching.node > 0
+        if near_first == ((touching.outer == 0) == tip):
+            # an end leaves a side for its corner where this comes onto the beam: both ways at the same place
             corner = stepper.buffers.places[AFTER, touching.heir, PLACE]
-            values[GUARDS * i + END] = corner - model.beam.x[-1]
+            values[GUARDS * i + END] = corner - model.beam.x[-1] if tip else -corner
 
 
 @jitable
@@ -533,12 +543,15 @@ class ExactScheme(Scheme):
         m; gap below which obstacles are near.
     tolerance : float
         Error of a step near obstacles over the length of the beam.
+    forces : int
+        Number of forces on the beam.
     """
 
     free_step: float
     shortest: float
     near: float
     tolerance: float
+    forces: int = 0
     name = "time-stepping"
     order = 2
 
@@ -547,7 +560,7 @@ class ExactScheme(Scheme):
         return StickCriterion(inf, located=True)
 
     def buffers(self, task: Task) -> Recorder:  # noqa: D102
-        return Recorder(ExactBuffers.new((task.size // NODE - 1) // 2, task.contacts))
+        return Recorder(ExactBuffers.new((task.size // NODE - 1) // 2, task.contacts, self.forces))
 
     def extra_state(self, size: int, contacts: int, quadratures: int) -> int:  # noqa: D102
         return size + 2 * contacts

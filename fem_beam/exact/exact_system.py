@@ -9,10 +9,20 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion, drive_angle
 from oblique_impact.beam.beam import contact_places
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.point_forces import forces_of
 from oblique_impact.beam.shaking import Shaking, base_acceleration, shaking_of
 from oblique_impact.contact.state import Candidate, Contacts
 from oblique_impact.fem_beam.exact.elastic_sections import ElasticSections
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam
+from oblique_impact.fem_beam.exact.point_loads import COLUMNS, PlacedForces
+from oblique_impact.fem_beam.exact.root import (
+    ANGLE_AFTER,
+    ANGLE_BEFORE,
+    ARM,
+    ROOT_DAMPING,
+    ROOT_NUMBERS,
+    ROOT_STIFFNESS,
+)
 from oblique_impact.fem_beam.exact.step_forces import FIELDS, NODE, BeamData
 from oblique_impact.fem_beam.exact.stop import TOUCHING, node_on_side, place_of, point_on_beam
 from oblique_impact.fem_beam.mesh import mesh_of
@@ -33,11 +43,15 @@ from oblique_impact.scenario.scenario import Scenario
 #: what is one number of the beam with its root
 EXACT_NUMBERS = np.dtype(
     [
-        ("held", np.int64),  # prescribed unknowns, the first ones: 2 of a pin or a hub, 3 of a driven root
+        # prescribed unknowns, the first ones: 2 of a root that turns, 3 of a rigid clamp, 0 of a free beam
+        ("held", np.int64),
+        ("driven", np.int64),  # whether the root's angle is prescribed
         ("torque", float),  # on a hub (N m)
         ("kelvin_voigt", float),  # s
         ("hub_radius", float),  # m
-        ("angle", float),  # rad, of a driven root at the start
+        ("root_stiffness", float),  # N m/rad, between a hub and the ground or a drive and the first section
+        ("root_damping", float),  # N m s/rad
+        ("angle", float),  # rad, of the root at the start
         ("spin_rate", float),  # rad/s, at the end of the spin-up of a driven root
         ("spin_up_time", float),  # s
     ],
@@ -56,24 +70,31 @@ class MeanStep(NamedTuple):
     begun: Array  # (elements, 2, 8) state at Gauss points there
     ended: Array  # and at its end, as far as iterations have come
     load: Array  # (d,) mean forces from outside
-    moved: Array  # (3,) displacements of the prescribed unknowns, m and rad
+    forces: Array  # (k, 7) those at places of the beam, see the module `point_loads`
+    root: Array  # (5,) see the module `root`
+    moved: Array  # (3,) displacements of the unknowns of a driven root, m, and its turn
+    move: Array  # (d,) displacements, as far as iterations have come
+    pull: Array  # (2,) N, what acts on the first node then
     rows: Array  # (d + 8, 17) derivatives of the forces by the end, and their factors
     times: Array  # (2,) s, its length and its middle
 
     @classmethod
-    def new(cls, elements: int) -> MeanStep:
-        """Allocate it."""
+    def new(cls, elements: int, forces: int) -> MeanStep:
+        """Allocate it for a beam with so many forces at places of it."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
-        arrays = (
-            np.zeros(d),
-            np.zeros(fields),
-            np.zeros(fields),
-            np.zeros(d),
-            np.zeros(NODE),
-            new_rows(d),
-            np.ones(2),
+        return cls(
+            q=np.zeros(d),
+            begun=np.zeros(fields),
+            ended=np.zeros(fields),
+            load=np.zeros(d),
+            forces=np.zeros((forces, COLUMNS)),
+            root=np.zeros(ROOT_NUMBERS),
+            moved=np.zeros(NODE),
+            move=np.zeros(d),
+            pull=np.zeros(2),
+            rows=new_rows(d),
+            times=np.ones(2),
         )
-        return cls(*arrays)
 
 
 class _ExactData(NamedTuple):
@@ -87,6 +108,7 @@ class _ExactData(NamedTuple):
     jumps: Array  # (k,) s, at which the root's motion is not smooth
     drive: Law | None  # angle (rad) of a driven root over time, in the place of a spin-up
     shaking: Shaking | None  # of the base; None if it stands still
+    forces: PlacedForces | None  # on the beam
     step: MeanStep  # of time-stepping with rigid obstacles
 
 
@@ -108,19 +130,36 @@ def _base_acceleration(shaking: Shaking | None, t: float) -> float:
 def hold_at(model: ExactModel, t: float, held: Array) -> None:
     """Put the values of the prescribed unknowns at an instant (s) into `held` (3,)."""
     numbers = model.numbers
-    if numbers.held == NODE:
-        angle = numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t)
+    if numbers.driven:
+        angle = _root_angle(model, t)
         held[0], held[1], held[2] = numbers.hub_radius * np.cos(angle), numbers.hub_radius * np.sin(angle), angle
 
 
 @jitable
-def work_of_drives(model: ExactModel, t: float, move: Array) -> float:
-    """Work (J) of the torque on a hub and of the shaking at t (s) on a step (d,) of the unknowns."""
-    work, acceleration = model.numbers.torque * move[2], _base_acceleration(model.shaking, t)
-    if acceleration != 0.0:
-        for j in range(move.shape[0]):
-            work += acceleration * model.carried[j] * move[j]
-    return float(work)
+def take_root(model: ExactModel, t: float, length: float, root: Array) -> None:
+    """Put the numbers of a root that yields, or turns on a radius, in a step (s) from t into `root` (5,)."""
+    numbers = model.numbers
+    root[ARM] = 0.0 if numbers.driven else numbers.hub_radius
+    root[ROOT_STIFFNESS], root[ROOT_DAMPING] = numbers.root_stiffness, numbers.root_damping
+    root[ANGLE_BEFORE], root[ANGLE_AFTER] = _root_angle(model, t), _root_angle(model, t + length)
+
+
+@jitable
+def _root_angle(model: ExactModel, t: float) -> float:
+    """Prescribed angle (rad) of a driven root, that at which its spring leaves a hub alone."""
+    numbers = model.numbers
+    if not numbers.driven:
+        return float(numbers.angle)
+    return float(numbers.angle + drive_angle(model.drive, numbers.spin_rate, numbers.spin_up_time, t))
+
+
+@jitable
+def drive_forces(model: ExactModel, t: float, forces: Array) -> None:
+    """Put the torque on a hub and the forces of the shaking at t (s) into `forces` (d,)."""
+    acceleration = _base_acceleration(model.shaking, t)
+    for j in range(forces.shape[0]):
+        forces[j] = acceleration * model.carried[j]
+    forces[2] += model.numbers.torque
 
 
 @jitable
@@ -180,7 +219,7 @@ def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> Exac
     own = Sections.from_scenario(scenario)
     ends = mesh_of(scenario, own).p[0]
     elastic = sections or ElasticSections.of(scenario)
-    return ExactBeam(ends, elastic, float(own.outer_mass(own.length)), own.hub_inertia, own.hub_radius)
+    return ExactBeam(ends, elastic, own.masses, own.hub_inertia, own.hub_radius)
 
 
 def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactModel:
@@ -196,11 +235,15 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
     if shaking is not None:
         carried = -(beam.M @ np.tile([shaking.cosine, shaking.sine, 0.0], beam.x.size))
     driven = root.kind == "driven"
+    held = NODE if driven and root.stiffness == 0.0 else 0 if root.is_free else NODE - 1
     numbers = {
-        "held": NODE if driven else NODE - 1,
+        "held": held,
+        "driven": driven,
         "torque": torque,
         "kelvin_voigt": scenario.beam.kelvin_voigt,
         "hub_radius": beam.radius,
+        "root_stiffness": root.stiffness,
+        "root_damping": root.damping,
         "angle": scenario.initial.angle,
         # of the built-in motions
         "spin_rate": getattr(motion, "spin_rate", 0.0),
@@ -215,8 +258,18 @@ def model_of(scenario: Scenario, beam: ExactBeam, motion: BaseMotion) -> ExactMo
         np.array(motion.breakpoints if driven else (), dtype=float),
         motion.drive_angle if driven else None,
         shaking,
-        MeanStep.new(len(beam.points)),
+        placed_forces(scenario, beam),
+        MeanStep.new(len(beam.points), len(scenario.acting_forces)),
     )
+
+
+def placed_forces(scenario: Scenario, beam: ExactBeam) -> PlacedForces | None:
+    """Return the forces of a scenario with the nodes that carry them; None if there are none."""
+    each = forces_of(scenario)
+    if each is None:
+        return None
+    first, shapes = zip(*(beam.row_at(float(x)) for x in each.places), strict=True)
+    return PlacedForces(each, np.array(first), np.array(shapes))
 
 
 def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:
@@ -230,12 +283,12 @@ def touchings_of(scenario: Scenario, beam: ExactBeam) -> Any:
             found.append(node_on_side(node, at[1], at[2], at[3], at[4], outer))
         else:
             found.append(point_on_beam(at[0], at[1], place.radius, at[3], at[4]))
-    # the tip on a side hands over to the side's outer corner, and back
+    # the tip on a side hands over to the side's outer corner, and back; the free end of a root to the inner one
     for i, side in enumerate(places):
-        if side.on_side and side.extent and found[i].node == beam.x.size - 1:
+        if side.on_side and side.extent and found[i].node in (0, beam.x.size - 1):
             corners = [j for j, at in enumerate(places) if not at.on_side and at.obstacle == side.obstacle]
             if corners:
-                corner = corners[int(found[i].outer)]
+                corner = corners[int(found[i].outer == (found[i].node > 0))]
                 found[i].heir, found[corner].heir = corner, i
     return np.array(found, dtype=TOUCHING).view(np.recarray)
 

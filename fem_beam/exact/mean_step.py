@@ -1,8 +1,11 @@
 """The exact beam over a step of :mod:`oblique_impact.marching.time_stepping`, as its protocol asks for it.
 
 Residuals have the internal forces of a whole step, whose work is the change of the strain energy, in the place of
-those in its middle.  Steps to which a root is moved are prescribed: the accelerations of its unknowns are those
-that lead there, and what their equations leave is the force of the drive.
+those in its middle.  As in :mod:`~oblique_impact.fem_beam.exact.step` mean angular velocities are those of turns
+2 tan(Delta phi/2), and moments belong to these.
+
+The first node moves as its root does.  Of a driven one the accelerations are those that lead where it is at the
+end of the step, and what their equations leave is the force of the drive; a hub's turns with its section.
 """
 
 from __future__ import annotations
@@ -12,18 +15,34 @@ from oblique_impact.fem_beam.exact.exact_system import (
     LENGTH,
     MIDDLE,
     ExactModel,
+    drive_forces,
     hold_at,
     load_at,
-    work_of_drives,
+    take_root,
+)
+from oblique_impact.fem_beam.exact.point_loads import add_point_forces, subtract_point_tangent, take_point_forces
+from oblique_impact.fem_beam.exact.root import (
+    ANGLE_AFTER,
+    ANGLE_BEFORE,
+    ARM,
+    bind_matrix,
+    bind_row,
+    levers,
+    root_loss,
+    root_moment,
+    stiffen_root,
 )
 from oblique_impact.fem_beam.exact.step_forces import (
     NODE,
     add_forces,
     add_inertia,
     add_tangent,
+    angle_of,
     damping_loss,
     set_to_inertia,
     take_fields,
+    turn_of,
+    turn_ratio,
 )
 from oblique_impact.fem_beam.exact.stop import place_of, rows_at
 from oblique_impact.kernels.band_rows import BANDWIDTH, factor_rows, solve_rows_of
@@ -32,6 +51,7 @@ from oblique_impact.kernels.workspace import (
     INCREMENT,
     RESIDUAL,
     SCRATCH_A,
+    SCRATCH_B,
     SUPPLY,
     Array,
     Evaluation,
@@ -48,37 +68,70 @@ def begin_step(model: ExactModel, t: float, h: float, q: Array, w: Workspace) ->
     copy(q, step.q)
     take_fields(model.beam, q, step.begun)
     load_at(model, t + 0.5 * h, step.load)
+    take_point_forces(model.forces, t + 0.5 * h, step.forces)
+    take_root(model, t, h, step.root)
     hold_at(model, t + h, step.moved)
     for j in range(NODE):
-        step.moved[j] = step.moved[j] - q[j] if model.numbers.held == NODE else 0.0
+        step.moved[j] = step.moved[j] - q[j] if model.numbers.driven else 0.0
+    step.moved[2] = turn_of(step.moved[2])
     step.times[LENGTH], step.times[MIDDLE] = h, t + 0.5 * h
+
+
+@inlined
+def end_step(model: ExactModel, h: float, q: Array, qd: Array, end: Array) -> None:
+    """Put the rotations at the end of a step from q with the mean velocities q' into `end`."""
+    for j in range(2, q.shape[0], NODE):
+        end[j] = q[j] + angle_of(h * qd[j])
+
+
+@jitable
+def _move(model: ExactModel, qd: Array, end: Array) -> None:
+    """Take displacements and state at Gauss points at the end of the step with the mean velocities q'."""
+    step = model.step
+    for j in range(qd.shape[0]):
+        moved = step.times[LENGTH] * qd[j]
+        step.move[j] = angle_of(moved) if j % NODE == 2 else moved
+        end[j] = step.q[j] + step.move[j]
+    take_fields(model.beam, end, step.ended)
 
 
 @jitable
 def take_residual(model: ExactModel, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:
-    """Take the residual of a step with the means q and q' and the acceleration q''.
+    """Take the residual of a step with the mean velocities q' and the acceleration q''.
 
-    Of a prescribed unknown it is what is missing of its acceleration.
+    Of an unknown that moves as the root does it is what is missing of its acceleration.
     """
-    step, beam, numbers = model.step, model.beam, model.numbers
+    step, beam, numbers, root = model.step, model.beam, model.numbers, model.step.root
     residual, supply, end, h = w.vectors[RESIDUAL], w.vectors[SUPPLY], w.vectors[SCRATCH_A], step.times[LENGTH]
+    _move(model, qd, end)
     for j in range(q.shape[0]):
-        end[j] = step.q[j] + h * qd[j]
         residual[j] = supply[j] = 0.0
-    take_fields(beam, end, step.ended)
-    add_forces(beam, step.begun, step.ended, numbers.kelvin_voigt / h, residual)
+    driving = w.vectors[SCRATCH_B]
+    drive_forces(model, t, driving)
+    add_forces(beam, step.begun, step.ended, step.move, numbers.kelvin_voigt / h, residual)
     add_inertia(beam, 1.0, qdd, residual)
+    moment, (ratio, _) = root_moment(root, step.q[2], end[2], h), turn_ratio(step.move[2])
     for j in range(q.shape[0]):
-        residual[j] = step.load[j] - residual[j]
-    power = work_of_drives(model, t, qd)
-    for i in range(numbers.held if numbers.held == NODE else 0):
-        power -= residual[i] * qd[i]
-        missing = 2.0 * (step.moved[i] - h * qd[i]) / (h * h)
-        residual[i] = missing
-        # the force of the drive changes with the accelerations that are still to come
-        for j in range(i + BANDWIDTH + 1):
-            supply[j] += 0.5 * h * h * step.rows[i, BANDWIDTH + j - i] * qd[i]
+        load = step.load[j] - (moment if j == 2 else 0.0)
+        residual[j] = (load / turn_ratio(step.move[j])[0] if j % NODE == 2 else load) - residual[j]
+    add_point_forces(step.forces, step.q, end, residual)
+    add_point_forces(step.forces, step.q, end, driving)
+    power = (dot(driving, step.move) - moment * (root[ANGLE_AFTER] - root[ANGLE_BEFORE])) / h
+    for j in range(q.shape[0]):  # powers change with the accelerations that are still to come
+        supply[j] = 0.5 * h * driving[j]
+    step.pull[0], step.pull[1] = residual[0], residual[1]
+    if numbers.driven:
+        for i in range(numbers.held):
+            power -= residual[i] * qd[i]
+            for j in range(i + BANDWIDTH + 1):
+                supply[j] += 0.5 * h * h * step.rows[i, BANDWIDTH + j - i] * qd[i]
     power -= dot(supply, qdd)
+    if root[ARM] > 0.0:
+        lever, _, _ = levers(root, step.q[2], end[2])
+        residual[2] += (lever.real * step.pull[0] + lever.imag * step.pull[1]) / ratio
+        step.moved[0], step.moved[1] = lever.real * step.move[2], lever.imag * step.move[2]
+    for i in range(numbers.held):
+        residual[i] = 2.0 * (step.moved[i] - h * qd[i]) / (h * h)
     return Evaluation(0.0, power, 0.0)
 
 
@@ -86,11 +139,27 @@ def take_residual(model: ExactModel, t: float, q: Array, qd: Array, qdd: Array, 
 def factor_effective(
     model: ExactModel, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
 ) -> bool:
-    """Factor the derivatives of a step's residual by its end."""
-    step, numbers, h = model.step, model.numbers, model.step.times[LENGTH]
+    """Factor the derivatives of a step's residual by its end, but for the difference of turns and angles."""
+    step, h = model.step, model.step.times[LENGTH]
     set_to_inertia(model.beam, 2.0 / (h * h), step.rows)
-    add_tangent(model.beam, step.begun, step.ended, numbers.kelvin_voigt / h, step.rows)
-    return bool(factor_rows(step.rows, numbers.held))
+    add_tangent(model.beam, step.begun, step.ended, step.move, model.numbers.kelvin_voigt / h, step.rows)
+    subtract_point_tangent(step.forces, w.vectors[SCRATCH_A], step.rows)
+    stiffen_root(step.root, h, step.rows)
+    bind_matrix(step.root, step.q[2], step.q[2] + step.move[2], step.pull, step.rows)
+    return bool(factor_rows(step.rows, model.numbers.held))
+
+
+@jitable
+def _solve(model: ExactModel, x: Array) -> None:
+    """Solve for accelerations of the unknowns behind those that move as the root does; a hub's turns."""
+    step = model.step
+    scale = 2.0 / (step.times[LENGTH] * step.times[LENGTH])
+    solve_rows_of(step.rows, model.numbers.held, x)
+    for j in range(x.shape[0]):
+        x[j] *= scale
+    if step.root[ARM] > 0.0:
+        _, _, turned = levers(step.root, step.q[2], step.q[2] + step.move[2])
+        x[0], x[1] = turned.real * x[2], turned.imag * x[2]
 
 
 @jitable
@@ -100,15 +169,13 @@ def solve_effective(
     """Increments of q'' by the residual."""
     step, held, residual, x = model.step, model.numbers.held, w.vectors[RESIDUAL], w.vectors[INCREMENT]
     copy(residual, x)
-    scale = 2.0 / (step.times[LENGTH] * step.times[LENGTH])
-    for i in range(held, held + BANDWIDTH if held == NODE else 0):
+    share = 0.5 * step.times[LENGTH] * step.times[LENGTH]
+    for i in range(held, held + BANDWIDTH):
         for j in range(max(0, i - BANDWIDTH), held):
-            x[i] -= step.rows[i, BANDWIDTH + j - i] / scale * residual[j]
-    solve_rows_of(step.rows, held, x)
-    for j in range(x.shape[0]):
-        x[j] *= scale
-    for j in range(held if held == NODE else 0):
-        x[j] = residual[j]
+            x[i] -= share * step.rows[i, BANDWIDTH + j - i] * residual[j]
+    _solve(model, x)
+    for j in range(held):
+        x[j] += residual[j]
 
 
 @jitable
@@ -116,28 +183,21 @@ def solve_rows(
     model: ExactModel, rank_one: float, w: Workspace, slot: int, sides: int, rows: Array, responses: Array
 ) -> None:
     """Accelerations by unit forces along contact rows."""
-    step = model.step
-    scale = 2.0 / (step.times[LENGTH] * step.times[LENGTH])
     for k in range(rows.shape[0]):
         for a in range(sides):
-            x = responses[k, a]
-            copy(rows[k, a], x)
-            solve_rows_of(step.rows, model.numbers.held, x)
-            for j in range(x.shape[0]):
-                x[j] *= scale
+            copy(rows[k, a], responses[k, a])
+            _solve(model, responses[k, a])
 
 
 @jitable
 def damping_at(model: ExactModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
-    """Mean power (W) that damping takes in the step with the means q and q'."""
-    step, kelvin_voigt, end = model.step, model.numbers.kelvin_voigt, w.vectors[SCRATCH_A]
-    if kelvin_voigt == 0.0:
-        return 0.0
-    h = step.times[LENGTH]
-    for j in range(q.shape[0]):
-        end[j] = step.q[j] + h * qd[j]
-    take_fields(model.beam, end, step.ended)
-    return float(damping_loss(model.beam, step.begun, step.ended, kelvin_voigt / h) / h)
+    """Mean power (W) that damping takes in the step with the mean velocities q'."""
+    step, kelvin_voigt, h = model.step, model.numbers.kelvin_voigt, model.step.times[LENGTH]
+    _move(model, qd, w.vectors[SCRATCH_A])
+    lost = root_loss(step.root, step.q[2], step.q[2] + step.move[2], h)
+    if kelvin_voigt > 0.0:
+        lost += damping_loss(model.beam, step.begun, step.ended, kelvin_voigt / h)
+    return float(lost / h)
 
 
 @jitable
@@ -146,17 +206,25 @@ def touch(
 ) -> None:
     """Kinematics of one place.
 
-    Rows leave out prescribed unknowns, whose part of the rates in a step that has begun is a mean.
+    Rows leave out what moves as the root does.  In a step that has begun the part of a driven root in the rates is
+    its mean, and that of a hub's first node follows its section.
     """
     step, touching = model.step, model.touchings[i]
     place = place_of(model.beam, touching, q, qd)
     c.gap, c.slip, c.gap_rate, c.slip_rate = place.gap, place.slip, place.gap_rate, place.slip_rate
     rows_at(model.beam, touching, q, rows[0], rows[1])
+    turns = step.root[ARM] > 0.0
+    _, _, turned = levers(step.root, q[2], q[2])
+    for j in range(model.numbers.held if t == step.times[MIDDLE] else 0):
+        mean = step.moved[j] / step.times[LENGTH]
+        if turns:
+            mean = (turned.real if j == 0 else turned.imag) * qd[2]
+        c.gap_rate += (mean - qd[j]) * rows[0, j]
+        c.slip_rate += (mean - qd[j]) * rows[1, j]
+    if turns:
+        bind_row(step.root, q[2], q[2], rows[0])
+        bind_row(step.root, q[2], q[2], rows[1])
     for j in range(model.numbers.held):
-        if t == step.times[MIDDLE]:
-            more = step.moved[j] / step.times[LENGTH] - qd[j]
-            c.gap_rate += more * rows[0, j]
-            c.slip_rate += more * rows[1, j]
         rows[0, j] = rows[1, j] = 0.0
 
 
@@ -180,6 +248,7 @@ class SteppedModel(ExactModel):
     described = "the exact beam with rigid obstacles"
 
     begin_step = begin_step
+    end_step = end_step
     take_residual = take_residual
     factor_effective = factor_effective
     solve_effective = solve_effective

@@ -2,15 +2,16 @@
 
 A step of the length h from (q0, v0) to (q1, v1) is the mid-point rule for the inertia,
 
-    M (v1 - v0)/h = f        q1 - q0 = h (v1 + v0)/2
+    M (v1 - v0)/h = f        r1 - r0 = h (v1 + v0)/2,   2 tan((phi1 - phi0)/2) = h (phi1' + phi0')/2
 
 with internal forces whose work is the change of the strain energy
 (:mod:`~oblique_impact.fem_beam.exact.step_forces`), so that
 
     T(v1) + V(q1) - T(v0) - V(q0) = work of the other forces on q1 - q0
 
-holds whatever the length of the step (Simo and Tarnow 1992; Gonzalez 2000).  Momentum is conserved likewise,
-angular momentum up to h^2, as the mean of a rotation and its divided difference belong to different points of it.
+holds whatever the length of the step (Simo and Tarnow 1992; Gonzalez 2000).  Momentum is conserved likewise, and
+angular momentum: the rotations are those that a rigid body has in which places move by the mid-point rule (Simo,
+Tarnow and Doblare 1995).
 
 The matrix of the first iteration serves those after it as well, as long as each increment is far smaller than the
 one before.
@@ -26,6 +27,16 @@ from scipy.linalg import LinAlgError, solve_banded
 
 from oblique_impact.contact.state import FREE, STICKING, Candidate, Contacts
 from oblique_impact.fem_beam.exact.exact_beam import ExactBeam, Stage
+from oblique_impact.fem_beam.exact.point_loads import COLUMNS, add_point_forces, subtract_point_tangent
+from oblique_impact.fem_beam.exact.root import (
+    ARM,
+    ROOT_NUMBERS,
+    add_root,
+    bind_matrix,
+    bind_move,
+    bind_row,
+    stiffen_root,
+)
 from oblique_impact.fem_beam.exact.step_forces import (
     FIELDS,
     NODE,
@@ -33,8 +44,13 @@ from oblique_impact.fem_beam.exact.step_forces import (
     add_forces,
     add_inertia,
     add_tangent,
+    angle_of,
     set_to_inertia,
     take_fields,
+    turn_forces,
+    turn_inertia,
+    turn_of,
+    turn_rows,
 )
 from oblique_impact.fem_beam.exact.stop import TOUCHING, end_push, friction_at, mean_force, take_rows
 from oblique_impact.kernels.band_rows import BANDWIDTH, factor_rows, new_rows, solve_rows_of
@@ -71,7 +87,9 @@ class NewtonBuffers(NamedTuple):
     q1: Array  # (d,)
     v1: Array  # (d,)
     load: Array  # (d,) mean forces from outside, to be given
+    forces: Array  # (k, 7) those at places of the beam, see the module `point_loads`, to be given
     held: Array  # (3,) values of prescribed unknowns at the end, to be given
+    root: Array  # (5,) the root that yields or turns on a radius, to be given
     spare: Array  # (d,)
     change: Array  # (d,) residual, then the increment
     rows: Array  # (d + 8, 17) matrix, then its factors
@@ -84,7 +102,7 @@ class NewtonBuffers(NamedTuple):
     increments: Array  # (16,) of the iterations, relative
 
     @classmethod
-    def new(cls, elements: int, contacts: int) -> NewtonBuffers:
+    def new(cls, elements: int, contacts: int, forces: int = 0) -> NewtonBuffers:
         """Allocate them."""
         d, fields = NODE * (2 * elements + 1), (elements, 2, FIELDS)
         return cls(
@@ -95,7 +113,9 @@ class NewtonBuffers(NamedTuple):
             q1=np.zeros(d),
             v1=np.zeros(d),
             load=np.zeros(d),
+            forces=np.zeros((forces, COLUMNS)),
             held=np.zeros(NODE),
+            root=np.zeros(ROOT_NUMBERS),
             spare=np.zeros(d),
             change=np.zeros(d),
             rows=new_rows(d),
@@ -131,15 +151,23 @@ def take_newton_step(
     b.numbers[:, :] = 0.0
     for j in range(q0.shape[0]):
         b.drift[j] = h * v0[j]
-        b.move[j] = b.held[j] - q0[j] if j < count else b.drift[j]
+        drifted = angle_of(b.drift[j]) if j % NODE == 2 else b.drift[j]
+        b.move[j] = b.held[j] - q0[j] if j < count else drifted
+    bind_move(b.root, q0, b.move)
     for iteration in range(MOST_ITERATIONS):
         _take_residual(beam, b, q0, inertia, relaxation)
         forces = _push(beam, touchings, contacts, b, q0, h)
         if stale:
             set_to_inertia(beam, inertia, b.rows)
-            add_tangent(beam, b.begun, b.ended, relaxation, b.rows)
+            turn_inertia(b.move, b.rows)
+            add_tangent(beam, b.begun, b.ended, b.move, relaxation, b.rows)
+            turn_rows(b.move, b.spare, b.rows)
+            subtract_point_tangent(b.forces, b.q1, b.rows)
+            stiffen_root(b.root, h, b.rows)
+            bind_matrix(b.root, q0[2], b.q1[2], b.change, b.rows)
             if not factor_rows(b.rows, count):
                 return 0
+        _bind(contacts, b, q0, h)
         solve_rows_of(b.rows, count, b.change)
         if forces > 0 and not _add_contacts(contacts, b, forces, count):
             return 0
@@ -152,10 +180,11 @@ def take_newton_step(
         b.increments[iteration] = size
         if not size < np.inf:
             return 0
+        bind_move(b.root, q0, b.move)
         if size < tolerance:
             for j in range(q0.shape[0]):
                 b.q1[j] = q0[j] + b.move[j]
-                b.v1[j] = 2.0 / h * b.move[j] - v0[j]
+                b.v1[j] = 2.0 / h * (turn_of(b.move[j]) if j % NODE == 2 else b.move[j]) - v0[j]
             return iteration + 1
         stale = size > _LARGE if iteration == 0 else size > _SLOW * last
         last = size
@@ -164,16 +193,22 @@ def take_newton_step(
 
 @jitable
 def _take_residual(beam: BeamData, b: NewtonBuffers, q0: Array, inertia: float, relaxation: float) -> None:
-    """Put load less internal forces and inertia into `change`, and the end of the step."""
+    """Put load less internal forces and inertia into `change`, and the end of the step.
+
+    Internal forces and inertia, with moments that belong to turns, stay in `spare`.
+    """
     for j in range(q0.shape[0]):
         b.q1[j] = q0[j] + b.move[j]
-        b.change[j] = 0.0
-        b.spare[j] = b.move[j] - b.drift[j]
+        b.change[j] = (turn_of(b.move[j]) if j % NODE == 2 else b.move[j]) - b.drift[j]
+        b.spare[j] = 0.0
     take_fields(beam, b.q1, b.ended)
-    add_forces(beam, b.begun, b.ended, relaxation, b.change)
-    add_inertia(beam, inertia, b.spare, b.change)
+    add_forces(beam, b.begun, b.ended, b.move, relaxation, b.spare)
+    add_inertia(beam, inertia, b.change, b.spare)
+    copy(b.spare, b.change)
+    turn_forces(b.move, b.change)
     for j in range(q0.shape[0]):
         b.change[j] = b.load[j] - b.change[j]
+    add_point_forces(b.forces, q0, b.q1, b.change)
 
 
 @jitable
@@ -189,12 +224,14 @@ def take_end(
 ) -> float:
     """Take forces, rows and the state at Gauss points at the end of a step that has converged.
 
-    Returns the work (J) of the forces on the `count` unknowns that are prescribed.
+    Returns the work (J) of the forces on the `count` unknowns that are prescribed; those that hold the first node
+    of a hub at its radius do none.
     """
     _take_residual(beam, b, q0, 2.0 / (h * h), relaxation)
     _push(beam, touchings, contacts, b, q0, h)
+    _bind(contacts, b, q0, h)
     work = 0.0
-    for j in range(count):
+    for j in range(0 if b.root[ARM] > 0.0 else count):
         force = -b.change[j]
         for i in range(b.numbers.shape[0]):
             force -= b.numbers[i, REACTION] * b.tangents[i, j]
@@ -227,6 +264,19 @@ def _push(beam: BeamData, touchings: Any, contacts: Contacts, b: NewtonBuffers, 
         if c.state == STICKING or numbers[DRAG] != 0.0:
             c.tangential_unknown, forces = forces, forces + 1
     return forces
+
+
+@jitable
+def _bind(contacts: Contacts, b: NewtonBuffers, q0: Array, h: float) -> None:
+    """Add the moment at a root that yields to the residual; let the first node of a hub turn with its section."""
+    add_root(b.root, q0[2], b.q1[2], h, b.change)
+    if b.root[ARM] > 0.0:
+        bind_row(b.root, q0[2], b.q1[2], b.change)
+        for i in range(b.numbers.shape[0]):
+            if contacts.each[i].state != FREE:
+                bind_row(b.root, q0[2], b.q1[2], b.normals[i])
+                bind_row(b.root, q0[2], b.q1[2], b.tangents[i])
+                bind_row(b.root, q0[2], b.q1[2], b.directions[i])
 
 
 @jitable
@@ -335,6 +385,7 @@ def advance(
     load: Array,
     *,
     held: Array,
+    root: Sequence[float] = (),
     viscosity: float = 0.0,
     contacts: Sequence[tuple[Any, Candidate]] = (),
     tolerance: float = CONVERGED,
@@ -353,6 +404,8 @@ def advance(
         Mean forces from outside.
     held : ndarray, shape (held,)
         Values at the end of the step of the first unknowns, which are prescribed.
+    root : sequence of float
+        Numbers of a root that yields or turns on a radius, see the module ``root``.
     viscosity : float
         Kelvin-Voigt damping (s).
     contacts : sequence of pairs
@@ -368,7 +421,7 @@ def advance(
     touchings = np.array([record for record, _ in contacts], dtype=TOUCHING).view(np.recarray)
     states = Contacts.new([state for _, state in contacts], beam.size, is_compiled(beam.data))
     b = NewtonBuffers.new(len(beam.points), len(contacts))
-    b.load[:], b.held[: held.size] = load, held
+    b.load[:], b.held[: held.size], b.root[: len(root)] = load, held, root
     numbers = length, viscosity / length, held.size, tolerance
     found = _solve_step(beam.data, touchings, states, b, start.q, start.v, *numbers)
     increments = tuple(b.increments[: found or MOST_ITERATIONS].tolist())

@@ -42,6 +42,8 @@ _PLACED = 2e-15
 _MOST_STEPS = 120
 #: of the length, a slide over which a difference of stiffnesses is mostly rounding
 _HARDLY_SLID = 1e-9
+#: of the length or 1 rad, a move in a step whose cube, what a discrete gradient corrects, is less than rounding
+_HARDLY_MOVED = 1e-6
 
 #: where the beam can touch an obstacle
 TOUCHING = np.dtype(
@@ -160,7 +162,7 @@ def take_rows(beam: BeamData, touching: Any, q0: Array, q1: Array, normal: Array
         change, scale = q1[j] - q0[j], length if j % NODE < 2 else 1.0
         left -= normal[j] * change
         square += (change / scale) ** 2
-    if square > 0.0:
+    if square > _HARDLY_MOVED**2:
         for j in range(first, end):
             scale = length if j % NODE < 2 else 1.0
             normal[j] += left / square * (q1[j] - q0[j]) / scale**2

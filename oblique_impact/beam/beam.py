@@ -65,10 +65,9 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
             extent = side.lengthened(cell).extent
             found.append(ContactPlace(side.obstacle, True, numbers, extent, stiffness, cell=sum(cell)))
     for point in s.obstacle_points:
-        across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
-        along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
-        depth = s.half_depth_at(float(np.clip(along, 0.0, length)))
-        sense = -np.copysign(1.0, across)
+        seen = point.seen_from(s.root_axis, s.initial.angle)
+        depth = s.half_depth_at(float(np.clip(seen.real - reach, 0.0, length)))
+        sense = -np.copysign(1.0, seen.imag)
         if point.corner and point.obstacle in s.preloaded_sides:
             sense = s.preloaded_sides[point.obstacle]
         numbers = point.x, point.y, point.radius + depth, depth, sense, 0.0

@@ -143,7 +143,7 @@ def _of_masses(s: Scenario, count: int) -> Scenario:
 def lowest_elastic_frequency(scenario: Scenario) -> float:
     """Return the lowest angular frequency (rad/s) of the elastic beam at rest, free of contact.
 
-    On a pin, with its hub, or clamped, as in :func:`natural_frequencies`, on the spring of hub or clamp.  By
+    On a pin, with its hub, clamped or free, as in :func:`natural_frequencies`, on the spring of hub or clamp.  By
     Rayleigh and Ritz with ten polynomials, whatever the discretization: to 1e-9 for a uniform beam, to about a
     hundredth for sections that change abruptly.  0 if mass or stiffness is out of the range of floating-point
     numbers.
@@ -180,6 +180,13 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
         values = np.concatenate([turned[None], values])
         curvatures = np.concatenate([np.zeros((1, x.size)), curvatures])
         slopes = np.concatenate([np.ones((1, inertias.size)), slopes])
+    elif scenario.root.is_free:
+        # each takes so much of the rigid motion that it has neither momentum nor angular momentum
+        rigid, turning = np.stack([np.ones(at_points.size), at_points]), np.array([[0.0], [1.0]])
+        moments = (values * points) @ rigid.T + np.outer(slopes @ inertias, turning)
+        gram = (rigid * points) @ rigid.T + inertias.sum() * turning @ turning.T
+        shares = -np.linalg.solve(gram, moments.T).T
+        values, slopes = values + shares @ rigid, slopes + shares @ turning
     elif scenario.root.kind != "driven":
         # each takes so much of the rigid rotation that it has no angular momentum
         turns = -((values * points) @ arms + slopes @ inertias) / (points @ arms**2 + inertias.sum())

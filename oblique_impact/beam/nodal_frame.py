@@ -660,6 +660,7 @@ class NodalModel(_NodalData):
     described = "the full nodal model"
 
     begin_step = DenseAlgebra.begin_step
+    end_step = DenseAlgebra.end_step
     evaluate = evaluate_nodal
     solve_mass = solve_nodal_mass
     take_residual = take_nodal_residual

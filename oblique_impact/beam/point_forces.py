@@ -84,11 +84,17 @@ def forces_of(scenario: Scenario, kept: float = 1.0) -> PointForces | None:
 
 
 @jitable
-def force_in_frame(forces: PointForces, i: int, t: float, theta: float, slope: float) -> tuple[float, float]:
-    """Components (N) of force i along and across a frame at `theta` (rad), on a section of this slope in it."""
+def force_value(forces: PointForces, i: int, t: float) -> float:
+    """Force i (N) at an instant (s), along its direction."""
     force = forces.each[i]
     rows = forces.table[force.first : force.last]
-    value = value_at(TimeCourse(force.amplitude, force.frequency, force.sweep_rate, rows), t)
+    return value_at(TimeCourse(force.amplitude, force.frequency, force.sweep_rate, rows), t)
+
+
+@jitable
+def force_in_frame(forces: PointForces, i: int, t: float, theta: float, slope: float) -> tuple[float, float]:
+    """Components (N) of force i along and across a frame at `theta` (rad), on a section of this slope in it."""
+    force, value = forces.each[i], force_value(forces, i, t)
     if force.follows:
         return -value * slope, value * (1.0 - 0.5 * forces.kept * slope * slope)
     turn = force.angle - theta

@@ -16,6 +16,7 @@ from oblique_impact.beam.validity.limits import (
     modes_for_stop,
     modes_to_resolve_damping,
 )
+from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 
@@ -46,8 +47,10 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     Raises
     ------
     InputError
-        For a beam whose frequencies floating-point numbers cannot hold.
+        For a beam whose frequencies floating-point numbers cannot hold, and one that nothing holds.
     """
+    if scenario.root.is_free:
+        raise InputError('--recommended: modes are recommended, which know no root.kind = "free"; leave this out')
     check_numbers(Sections.from_scenario(scenario))
     beam, contact = scenario.beam, scenario.contact
     tapered = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment))

@@ -43,6 +43,7 @@ from oblique_impact.history.summary import balance_text, require_summary, summar
 from oblique_impact.history.variables import (
     ADDED_LATER,
     OF_A_BEAM,
+    OF_A_FREE_BEAM,
     OF_A_SLOPE,
     OF_A_SYSTEM,
     SECTION_FORCES,
@@ -352,7 +353,8 @@ class History:
             raise InputError(f"its format is not that of this version ({FORMAT})")
         beam = OF_A_BEAM | SECTION_FORCES if data.attrs["scenario"] else {}
         slope = OF_A_SLOPE if any(name in data for name in OF_A_SLOPE) else {}
-        for name in chain(OF_A_SYSTEM, beam, slope):
+        free = OF_A_FREE_BEAM if any(name in data for name in OF_A_FREE_BEAM) else {}
+        for name in chain(OF_A_SYSTEM, beam, slope, free):
             if name not in data.variables and name not in ADDED_LATER:
                 raise InputError(f"it has no variable {name!r}")
         for key, variable in data.variables.items():
@@ -373,6 +375,8 @@ class History:
                 raise InputError(f"its variable {name!r} has values that are none")
         attributes = data.attrs
         scenario = Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None
+        if scenario and scenario.root.is_free and not free:
+            raise InputError("it lacks the origin of the frame of a beam that nothing holds")
         if scenario and not np.allclose(data["station"][[0, -1]], [0.0, scenario.beam.length], rtol=1e-9):
             raise InputError("its stations do not go from 0 to the length of its beam")
         summary = json.loads(attributes["summary"])

@@ -23,6 +23,8 @@ RATES = {
     "tip_y": "tip_vy",
     "ux": "ux_dot",
     "uy": "uy_dot",
+    "origin_x": "origin_vx",
+    "origin_y": "origin_vy",
 }
 
 

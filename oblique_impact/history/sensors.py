@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from oblique_impact.beam.bent_beam import BentBeam
+from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.history.history import History
 from oblique_impact.history.interpolation import series_at
@@ -40,6 +40,7 @@ def sensor_reading(history: History, sensor: str, place: float, times: Array) ->
     # the axis with one station, which is the place
     variables = {name: (data[name].values @ here)[:, None] for name in ("ux", "uy", "ux_dot", "uy_dot")}
     variables |= {"station": place, "theta": data["theta"].values, "theta_dot": data["theta_dot"].values}
+    variables |= {name: data[name].values for name in OF_A_FREE_BEAM if name in data}
     bent = BentBeam.of_history(scenario, variables)
     point, velocity = bent.point()[:, 0], bent.velocity()[:, 0]
     # across the line of the undeformed beam, or of one that has come to rest elsewhere

@@ -102,6 +102,13 @@ OF_A_BEAM = {
     "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _WHOLE),
     "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _WHOLE),
 }
+#: variables that only a beam has that nothing holds
+OF_A_FREE_BEAM = {
+    "origin_x": Variable(_TIME, "m", "origin of the floating frame, inertial x"),
+    "origin_y": Variable(_TIME, "m", "origin of the floating frame, inertial y"),
+    "origin_vx": Variable(_TIME, "m/s", "velocity of this origin, x"),
+    "origin_vy": Variable(_TIME, "m/s", "velocity of this origin, y"),
+}
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {
     "clearance": Variable(_TIME, "m", "smallest distance of the beam from slope and obstacles, negative inside"),
@@ -115,7 +122,7 @@ SECTION_FORCES = {
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
-VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_SLOPE | SECTION_FORCES
+VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_FREE_BEAM | OF_A_SLOPE | SECTION_FORCES
 
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:

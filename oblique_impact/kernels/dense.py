@@ -120,6 +120,9 @@ class DenseAlgebra:
     def begin_step(self: Any, t: float, h: float, q: Array, w: Workspace) -> None:
         """Do nothing: forces are those at an instant."""
 
+    def end_step(self: Any, h: float, q: Array, qd: Array, end: Array) -> None:
+        """Do nothing: the mid-point rule holds for all coordinates."""
+
     def take_residual(self: Any, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:  # noqa: D102
         e: Evaluation = self.evaluate(t, q, qd, w)
         forces, residual = w.vectors[FORCES], w.vectors[RESIDUAL]

@@ -45,6 +45,9 @@ class System(Protocol):
     def begin_step(self, t: float, h: float, q: Array, w: Workspace) -> None:
         """Begin an implicit step of the length h (s) from t and q, of which residuals may hold means."""
 
+    def end_step(self, h: float, q: Array, qd: Array, end: Array) -> None:
+        """Correct the coordinates at the end of such a step from q, that mean velocities q' lead to in it."""
+
     def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, w: Workspace) -> Evaluation:
         """Evaluate and fill the residual Q - M q''."""
 

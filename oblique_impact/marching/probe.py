@@ -127,6 +127,8 @@ class Probe:
         """
         found, rows, _, acceleration = self._solved
         c, law = found[contact], self._spare.law
+        if not (c.compliant or c.a_nn > 0.0):  # a system without accelerations at an instant: its steps decide
+            return 0.0
         force = stop_force(law, c, c.depth, c.depth_rate) if c.compliant else -c.gap_acceleration / c.a_nn
         h = _AHEAD * self._problem.decision.tolerances.time
         acceleration = acceleration + force * rows[RESPONSE, contact, 0]

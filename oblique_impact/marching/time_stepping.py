@@ -516,6 +516,7 @@ def _finish(stepper: TimeStepper, end: float, h: float, m: int, supplied: float,
         s.at[d + j] = 0.5 * (v0[j] + v1[j])
         y_new[j] = y[j] + h * s.at[d + j]
         s.at[j] = 0.5 * (y[j] + y_new[j])
+    stepper.system.end_step(h, y[:d], s.at[d : 2 * d], y_new[:d])
     before, after = y[2 * d :], y_new[2 * d :]
     tail = QUADRATURES + OF_A_CONTACT * n
     copy(before, after)

@@ -29,6 +29,8 @@ def conflicts(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         for name in s.beam.tables():
             if name != "outer_fibre":  # of stresses alone
                 yield f"beam.{name}", f"{uniform} tables"
+    if s.root.is_free and not s.is_absolute:
+        yield "root.kind", '"free" is of the beam in absolute coordinates: discretization.method = "absolute"'
     yield from _of_loads(s)
     yield from _of_contact_point(s)
     if s.initial.state != "undeformed":
@@ -56,11 +58,6 @@ def _of_loads(s: ScenarioModel) -> Iterator[tuple[str, str]]:
                 yield f"{items}.{number}.place", f"should be on the beam, at most beam.length = {s.beam.length}"
 
 
-def _yielding(s: ScenarioModel) -> list[str]:
-    """Return the keys of a root that yields."""
-    return [name for name in ("stiffness", "damping") if getattr(s.root, name) > 0.0]
-
-
 def _of_contact_point(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     point, length = s.contact.point, s.beam.length
     if point > length:
@@ -75,8 +72,8 @@ def _of_rest(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         yield "initial.place", f"should be on the beam, at most beam.length = {length}"
     if s.root.kind == "driven" and s.root.profile == "constant-speed" and s.root.spin_rate != 0.0:
         yield "initial.state", 'should be "undeformed" of a root that turns at t = 0: it is not at rest'
-    if s.is_absolute:
-        yield "initial.state", 'should be "undeformed" of the beam in absolute coordinates'
+    if s.root.is_free:
+        yield "initial.state", 'should be "undeformed" of a beam that nothing holds'
 
 
 def _of_rigid_stop(s: ScenarioModel) -> Iterator[tuple[str, str]]:
@@ -128,13 +125,13 @@ def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     for side in s.sides:
         key, name = _named(side.obstacle)
         for x in s.beam_points:
-            gap, along = side.gap_and_place(radius + x, angle, s.half_depth)
+            gap, along = side.gap_and_place(radius + x, angle, s.half_depth, s.root_axis)
             if gap < -touching and not preloaded and side.lengthened(s.cell_on(side, x)).is_beside(along):
                 below = f"the beam's point at {x:.6g} m starts {-gap:.6g} m below {name}"
                 yield key, f"{below}; the gap should be at least 0"
     for point in s.obstacle_points:
         key, name = _named(point.obstacle)
-        distance = point.distance(radius, radius + s.beam.length, angle)
+        distance = point.distance(radius, radius + s.beam.length, angle, s.root_axis)
         what = f"an end of {name}" if point.corner else name
         least = point.radius + s.half_depth
         if distance < least - touching and not preloaded:
@@ -214,15 +211,6 @@ def _of_exact_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         if getattr(s.beam, name) > 0.0:
             without = "has no frame or modes that would move without it"
             yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
-    if s.masses:
-        yield "masses", f"{exact} carries beam.tip_mass alone"
-    if s.forces:
-        yield "forces", f"{exact} takes none"
-    for name in _yielding(s):
-        yield f"root.{name}", "not with the beam in absolute coordinates"
-    if s.root.kind == "hub" and s.root.hub_radius > 0.0:
-        words = f"{exact} turns with a hub of radius 0; a driven root may have a radius"
-        yield "root.hub_radius", f'{words}; discretization.method = "fem" takes it'
     if s.solver.scheme != "time-stepping":
         yield "solver.scheme", f'{exact} is marched by "time-stepping" only, which is the default'
 

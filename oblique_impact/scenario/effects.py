@@ -40,8 +40,8 @@ RULES = (
     Rule(
         "root",
         "stiffness damping",
-        lambda s: s.root.kind != "pin",
-        'a pin turns without friction; only with root.kind = "hub" or "driven"',
+        lambda s: s.root.kind not in ("pin", "free"),
+        'nothing resists its turning; only with root.kind = "hub" or "driven"',
     ),
     Rule(
         "root",
@@ -66,6 +66,7 @@ RULES = (
         lambda s: s.initial.state == "undeformed",
         'a beam at rest does not turn; only with initial.state = "undeformed"',
     ),
+    Rule("initial", "position velocity", lambda s: s.root.is_free, 'only with root.kind = "free"'),
     Rule(
         "initial", "place deflection force", lambda s: s.initial.state == "plucked", 'only with state = "plucked"'
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Annotated, Any, NamedTuple
 
@@ -117,7 +118,8 @@ class ScenarioModel(InputSection):
     def _frame_of_method(
         cls, discretization: DiscretizationSection, info: ValidationInfo
     ) -> DiscretizationSection:
-        turns = discretization.is_nodal and not info.data.get("root", RootSection()).is_moved
+        root = info.data.get("root", RootSection())
+        turns = root.is_free or (discretization.is_nodal and not root.is_moved)
         return discretization.with_defaults(frame="mean-axis" if turns else "tangent")
 
     @field_validator("solver")
@@ -198,6 +200,22 @@ class ScenarioModel(InputSection):
         return self.beam.fibre_distance(x) if self.contact.surface == "section" else 0.0
 
     @property
+    def root_axis(self) -> complex:
+        """Place x + i y (m) of the axis of the root at t = 0: that of the first section of a free beam."""
+        if not self.root.is_free:
+            return 0j
+        return complex(*self.initial.position) - 0.5 * self.beam.length * cmath.exp(1j * self.initial.angle)
+
+    @property
+    def reach(self) -> float:
+        """How far (m) from the origin the beam comes; of a free one without obstacles."""
+        reach, t = self.beam.length + self.root.hub_radius, self.end_time
+        if not self.root.is_free:
+            return reach
+        flown = math.hypot(*self.initial.velocity) * t + 0.5 * self.largest_gravity * t * t
+        return reach + math.hypot(*self.initial.position) + flown
+
+    @property
     def initial_gap(self) -> float:
         """Gap of the undeformed beam at t = 0 (m)."""
         return self._initial_gap_and_slip[0]
@@ -210,7 +228,7 @@ class ScenarioModel(InputSection):
     @property
     def _initial_gap_and_slip(self) -> tuple[float, float]:
         reach = self.root.hub_radius + self.contact.point
-        return self.slope_side.gap_and_place(reach, self.initial.angle, self.half_depth)
+        return self.slope_side.gap_and_place(reach, self.initial.angle, self.half_depth, self.root_axis)
 
     @property
     def slope_side(self) -> Side:
@@ -243,7 +261,7 @@ class ScenarioModel(InputSection):
         angle, found = self.initial.angle, dict[int, float]()
         for side in self.sides:
             for x in self.beam_points:
-                gap, along = side.gap_and_place(self.root.hub_radius + x, angle, self.half_depth)
+                gap, along = side.gap_and_place(self.root.hub_radius + x, angle, self.half_depth, self.root_axis)
                 if gap < 0.0 and side.lengthened(self.cell_on(side, x)).is_beside(along):
                     found[side.obstacle] = math.copysign(1.0, math.cos(angle - side.angle))
         return found
@@ -271,11 +289,14 @@ class ScenarioModel(InputSection):
 
     @property
     def beam_points(self) -> tuple[float, ...]:
-        """Places (m along the beam) that can touch sides, ascending: the contact point, or the contact grid."""
+        """Places (m along the beam) that can touch sides, ascending: the contact point, or the contact grid.
+
+        Of a beam that nothing holds the first section is one too.
+        """
         if self.contact.where == "point":
             return (self.contact.point,)
-        parts = self.contact.grid
-        return tuple(self.beam.length * (number / parts) for number in range(1, parts + 1))
+        parts, first = self.contact.grid, 0 if self.root.is_free else 1
+        return tuple(self.beam.length * (number / parts) for number in range(first, parts + 1))
 
     def cell_on(self, side: Side, place: float) -> tuple[float, float]:
         """Return how far (m) the cell of a place on the beam reaches along a side, before the place and after it.
@@ -285,7 +306,7 @@ class ScenarioModel(InputSection):
         if not side.bedding:
             return 0.0, 0.0
         half = 0.5 * self.beam.length / self.contact.grid
-        inner, outer = half, half if place < self.beam.length else 0.0
+        inner, outer = half if place > 0.0 else 0.0, half if place < self.beam.length else 0.0
         return (inner, outer) if math.cos(self.initial.angle - side.angle) > 0.0 else (outer, inner)
 
     @property
@@ -319,7 +340,7 @@ class ScenarioModel(InputSection):
     @property
     def fixed_places(self) -> set[float]:
         """Places (m along the beam) behind its root where a mesh has a node in any case."""
-        return {self.contact.point, self.beam.length, *self.contact_nodes}
+        return {self.contact.point, self.beam.length, *self.contact_nodes} - {0.0}
 
     @property
     def contact_nodes(self) -> tuple[float, ...]:

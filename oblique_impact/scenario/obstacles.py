@@ -49,13 +49,16 @@ class Side(NamedTuple):
         """Return 1 or -1: the side of its axis with which a beam at `angle` (rad) to the horizontal looks here."""
         return -math.copysign(1.0, math.cos(angle - self.angle))
 
-    def gap_and_place(self, reach: float, angle: float, half_depth: float = 0.0) -> tuple[float, float]:
+    def gap_and_place(
+        self, reach: float, angle: float, half_depth: float = 0.0, axis: complex = 0.0
+    ) -> tuple[float, float]:
         """Return gap, and place along the side from `origin` (m), of a point of a straight beam.
 
-        The beam lies at `angle` (rad) to the horizontal, the point `reach` (m) from the axis of the root and
-        `half_depth` (m) from the beam's axis, towards the side.
+        The beam lies at `angle` (rad) to the horizontal, the point `reach` (m) from the axis of the root, which is
+        at x + i y = `axis` (m), and `half_depth` (m) from the beam's axis, towards the side.
         """
-        found = self.slip_and_gap(cmath.exp(1j * angle) * complex(reach, self.facing(angle) * half_depth))
+        turned = cmath.exp(1j * angle) * complex(reach, self.facing(angle) * half_depth)
+        found = self.slip_and_gap(axis + turned)
         return found.imag, found.real
 
 
@@ -69,8 +72,14 @@ class ObstaclePoint(NamedTuple):
     stiffness: float  # N/m, of an elastic stop
     corner: bool  # whether it is the end of a side
 
-    def distance(self, first: float, last: float, angle: float) -> float:
-        """Return the distance (m) of its centre from a straight axis between two radii (m) at `angle` (rad)."""
-        c, s = math.cos(angle), math.sin(angle)
-        nearest = min(max(self.x * c + self.y * s, first), last)
-        return math.hypot(self.x - nearest * c, self.y - nearest * s)
+    def seen_from(self, axis: complex, angle: float) -> complex:
+        """Return its centre (m) along a straight beam at `angle` (rad) from `axis` (m), and to the left of it."""
+        return cmath.exp(-1j * angle) * (complex(self.x, self.y) - axis)
+
+    def distance(self, first: float, last: float, angle: float, axis: complex = 0.0) -> float:
+        """Return the distance (m) of its centre from a straight beam between two radii (m).
+
+        The beam lies at `angle` (rad) to the horizontal, the axis of its root is at x + i y = `axis` (m).
+        """
+        seen = self.seen_from(axis, angle)
+        return abs(seen - min(max(seen.real, first), last))

@@ -135,8 +135,10 @@ class BeamSection(InputSection):
 class RootSection(InputSection):
     """The support of the beam at x = 0."""
 
-    kind: Literal["pin", "hub", "driven"] = key(
-        "pin", "a frictionless pin, a hub with inertia and torque, or a root whose angle is prescribed"
+    kind: Literal["pin", "hub", "driven", "free"] = key(
+        "pin",
+        "a frictionless pin, a hub with inertia and torque, a root whose angle is prescribed, or `free`: nothing "
+        'holds the beam (`discretization.method = "absolute"` alone)',
     )
     hub_radius: Annotated[NonNegative, Unit("m")] = key(0.0, "distance of the root from the axis of rotation")
     inertia: Annotated[NonNegative, Unit("kg m^2")] = key(0.0, "moment of inertia of the hub")
@@ -155,8 +157,9 @@ class RootSection(InputSection):
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
         """Yield a radius of a pin, and a spin-up without its time."""
-        if self.hub_radius > 0.0 and self.kind == "pin":
-            yield "hub_radius", 'a pin has radius 0; use root.kind = "hub" or "driven"'
+        if self.hub_radius > 0.0 and self.kind in ("pin", "free"):
+            named = "a pin" if self.kind == "pin" else "a free root"
+            yield "hub_radius", f'{named} has radius 0; use root.kind = "hub" or "driven"'
         if self.profile == "spin-up" and self.spin_up_time == 0.0:
             yield "spin_up_time", "should be greater than 0 for a spin-up"
 
@@ -165,12 +168,23 @@ class RootSection(InputSection):
         """Whether the rotation of the root is prescribed, or the root is off the axis."""
         return self.kind == "driven" or self.hub_radius > 0.0
 
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing holds the beam."""
+        return self.kind == "free"
+
 
 class InitialSection(InputSection):
     """The beam at t = 0."""
 
     angle: Angle = key(math.pi / 4, "angle of the beam from the horizontal")
     angular_velocity: Annotated[Finite, Unit("rad/s")] = key(0.0, "angular velocity of the undeformed beam")
+    position: Annotated[Pair, Unit("m")] = key(
+        (0.0, 0.0), "place [x, y] of the middle of a beam that nothing holds, half of its length from either end"
+    )
+    velocity: Annotated[Pair, Unit("m/s")] = key(
+        (0.0, 0.0), "velocity [vx, vy] of the middle of a beam that nothing holds"
+    )
     state: Literal["undeformed", "equilibrium", "plucked"] = key(
         "undeformed",
         "the undeformed beam; the beam at rest under weight, torque, springs and contacts without friction, found "
@@ -399,7 +413,8 @@ class ContactSection(InputSection):
     grid: Annotated[int, Field(ge=1, le=MAX_GRID)] = key(
         PARTS,
         'number of equal parts of the beam at whose ends it can touch sides, with `where = "anywhere"`; 1: its '
-        "free end alone; not given: the elements of a beam in all its nodes or in absolute coordinates, "
+        "free end alone, or both ends of a beam that nothing holds; not given: the elements of a beam in all its "
+        "nodes or in absolute coordinates, "
         f"{PARTS} of one in modes. Pegs and corners touch it at any place whatever the grid",
     )
     point: Annotated[Positive, Unit("m")] = key(

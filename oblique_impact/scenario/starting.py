@@ -20,6 +20,7 @@ _COLLISIONS: dict[str, tuple[float, ...]] = {
     "bouncing": (0.317, 0.644, 0.908),
     "cantilever": (0.091,),
     "damped": (0.317, 0.659, 0.853, 0.977),
+    "dropped-bar": (0.001,),
     "edge": (0.377,),
     "elastic-stop": (0.317, 0.865),
     "gap": (0.059, 0.201, 0.543, 0.749, 0.942),

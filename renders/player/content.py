@@ -86,7 +86,7 @@ def content_of(story: Story, number: int = 0) -> Content:
     samples, length, touch = _frames(history, course), scenario.beam.length, geometry.touch
     state, charts = history["state"].values.astype("u1")[samples], page_charts(story) if number == 0 else []
     film = course.film_at(times[samples])
-    out = _OUT * (length + scenario.root.hub_radius)
+    out = _OUT * scenario.reach
     axes = np.clip(np.nan_to_num(geometry.stations_at(samples)), -out, out)
     steps = np.linalg.norm(np.diff(axes[:, touch], axis=0), axis=1)
     path = np.concatenate([[0.0], np.cumsum(steps)])  # of the contact point
@@ -121,6 +121,7 @@ def content_of(story: Story, number: int = 0) -> Content:
         "radius": geometry.radii.tolist(),
         "hub_radius": scenario.root.hub_radius,
         "pinned": scenario.root.kind == "pin",
+        "free": scenario.root.is_free,
         # angle of a beam whose root is clamped
         "clamped": float(geometry.values("theta")[0]) if geometry.clamped else None,
         "pin": PIN * length,
@@ -304,10 +305,11 @@ def _factor(
     room = 2.0 * np.maximum(geometry.radii, geometry.mass_radius)[:, None]
     places = np.concatenate([*(drawn - room), *(drawn + room), tails, *(o.outline for o in obstacles)])
     places = np.ascontiguousarray(places.T)  # (2, places): reduced many times as fast as its transpose
-    places = places[:, np.all(np.abs(places) < _REACH * (length + hub), axis=0)]
+    places = places[:, np.all(np.abs(places) < _REACH * geometry.scenario.reach, axis=0)]
     pin = PIN * length
     root = np.array([(-2.0 * pin, 2.0 * pin, -hub, hub), (-2.6 * pin, pin, -hub, hub)])
-    (left, low), (right, high) = (ends(np.hstack([places, root]), axis=1) for ends in (np.min, np.max))
+    seen = places if geometry.scenario.root.is_free else np.hstack([places, root])
+    (left, low), (right, high) = (ends(seen, axis=1) for ends in (np.min, np.max))
     return {
         "factor": factor,
         "label": "true" if factor == 1.0 else f"×{factor:g}",

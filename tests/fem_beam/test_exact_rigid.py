@@ -7,6 +7,7 @@ import pytest
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.contact.state import State
+from oblique_impact.fem_beam.exact.exact_system import beam_of
 
 RIGID = (
     "discretization.method=absolute",
@@ -25,6 +26,9 @@ PEG = (
     'obstacles=[{kind="point",origin=[0.6,0.0],radius=0.01}]',
     "discretization.frame=tangent",
 )
+HUB = ("root.kind=hub", "root.inertia=0.01", "root.hub_radius=0.05", "end_time=0.05")
+#: a peg that presses on the first element
+AT_ROOT = (*PEG, 'obstacles=[{kind="point",origin=[0.075,0.0],radius=0.002}]')
 
 
 def struck(*words: str, name: str = "paper") -> History:
@@ -61,8 +65,49 @@ def struck(*words: str, name: str = "paper") -> History:
             "initial.angle=0.15",
             'obstacles=[{kind="point",origin=[0.03,0.0],radius=0.002}]',
         ),
+        ("forces=[{place=0.7,force=-30.0},{place=0.43,force=20.0,frequency=300,direction=1.0}]",),
+        (*PEG, *HUB, "initial.angle=0.1"),
+        (*PEG, *HUB, "initial.angle=0.1", "root.stiffness=100", "root.damping=0.5"),
+        (*AT_ROOT, *HUB, "initial.angle=0.1", "root.stiffness=100"),
+        (
+            *AT_ROOT,
+            "root.kind=driven",
+            "root.profile=constant-speed",
+            "root.spin_rate=-4",
+            "root.hub_radius=0.05",
+            "root.stiffness=300",
+            "root.damping=0.1",
+            "initial.angle=0.1",
+            "end_time=0.05",
+        ),
+        (
+            "contact.where=anywhere",
+            "slope.angle=0",
+            "slope.origin=[0,0]",
+            "root.kind=free",
+            "initial.position=[0,0.25]",
+            "initial.velocity=[0.5,-2]",
+            "initial.angle=-0.5",
+            "initial.angular_velocity=1",
+            "contact.restitution=0.5",
+            "end_time=0.1",
+        ),
     ],
-    ids=["stick", "restitution", "rough", "modified coulomb", "hub", "driven", "driven at its root"],
+    ids=[
+        "stick",
+        "restitution",
+        "rough",
+        "modified coulomb",
+        "hub",
+        "driven",
+        "driven at its root",
+        "forces on the beam",
+        "hub with a radius",
+        "hub on a spring",
+        "hub, at its root",
+        "clamp that yields",
+        "free",
+    ],
 )
 def test_energy_is_accounted_for(words):
     history = struck(*words)
@@ -86,10 +131,41 @@ def test_it_is_the_limit_of_stiff_springs():
     assert abs(errors[2]) < 3e-5
 
 
+@pytest.mark.parametrize("words", [(), ("masses=[{place=0.3,mass=0.2}]", "forces=[{place=0.8,force=-30.0}]")])
+def test_a_beam_that_starts_at_rest_on_a_peg_stays_there(words):
+    at_rest = "initial.state=equilibrium", "initial.angle=-0.01", "initial.angular_velocity=0", "end_time=0.02"
+    history = struck(*PEG, 'obstacles=[{kind="point",origin=[0.5,-0.02],radius=0.01}]', *at_rest, *words)
+    assert history["contact_lambda_n"].values.min() > 1.0
+    assert np.ptp(history["q"].values, axis=0).max() < 1e-12
+    assert np.ptp(history["contact_lambda_n"].values) < 1e-8 * history["contact_lambda_n"].values.max()
+
+
 def test_a_plastic_impact_stays_closed_and_restitution_opens_it():
     plastic, elastic = (struck("contact.friction=frictionless", f"contact.restitution={e}") for e in (0.0, 0.9))
     assert len(elastic.contacts) > 2 * len(plastic.contacts)
     assert elastic.summary["energy"]["lost_impact"] < plastic.summary["energy"]["lost_impact"]
+
+
+def test_a_bar_that_strikes_a_rigid_floor_keeps_its_momenta_but_for_the_impulses():
+    """Those of the floor, and their moments about the origin; a bar that rebounds goes on as a free body."""
+    words = ["gravity=0", "contact.friction=frictionless", "initial.angular_velocity=0", "end_time=0.05"]
+    history = struck(
+        "contact.where=anywhere", "contact.grid=1", "slope.angle=0", "slope.origin=[0,0]", "root.kind=free",
+        "initial.position=[0,0.25]", "initial.velocity=[0.5,-2]", "initial.angle=-0.5", *words,
+    )  # fmt: skip
+    beam = beam_of(history.scenario)
+    v, q = history["qd"].values, history["q"].values
+    momentum = (
+        v @ (beam.M @ np.tile([1.0, 0.0, 0.0], beam.x.size)),
+        v @ (beam.M @ np.tile([0.0, 1.0, 0.0], beam.x.size)),
+    )
+    impulse = sum(contact.normal_impulse for contact in history.contacts)
+    assert impulse > 0.1
+    assert np.ptp(momentum[0]) < 1e-12
+    assert momentum[1][-1] - momentum[1][0] == pytest.approx(impulse, rel=1e-9)
+    apart = history["time"].values > max(contact.end for contact in history.contacts) + 1e-4
+    turning = np.array([beam.angular_momentum(*state) for state in zip(q[apart], v[apart], strict=True)])
+    assert np.ptp(turning) < 1e-10
 
 
 def test_friction_keeps_to_its_cone():

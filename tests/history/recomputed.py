@@ -412,17 +412,26 @@ class ExactBeam(_Beam):
         self.knots = np.sort(np.append(self.nodes, 0.5 * (self.nodes[1:] + self.nodes[:-1])))
         self.places, self.rates = (q[:, 0::3] + 1j * q[:, 1::3] for q in (self.q, self.qd))
         at_stations, slopes = (quadratic(self.knots, self.x, k) for k in range(2))
-        points = quadratic(self.knots, np.append(self.points, s.beam.length), 0)
+        of_mass = np.append(self.points, self.places_of_masses)
+        points = quadratic(self.knots, of_mass, 0)
         self.z, self.v = (nodal @ at_stations.T for nodal in (self.places, self.rates))
         self.z_points, self.v_points = (nodal @ points.T for nodal in (self.places, self.rates))
-        arms = self.mass * (self.radius + np.append(self.points, s.beam.length))
+        arms = self.mass * (self.radius + of_mass)
         if s.discretization.frame == "tangent":
             self.theta, self.spin = self.q[:, 2], self.qd[:, 2]
         else:
             # deflections from the mean axis, times m (r + x), sum up to 0
             sums, rates = self.z_points @ arms, self.v_points @ arms
-            near = self.q[:, 2]
-            self.theta, self.spin = near + np.angle(sums * np.exp(-1j * near)), np.imag(rates / sums)
+            near, inertia = self.q[:, 2], self.inertias.sum()
+            turns, turn_rates = (
+                q[:, 2::3] @ points[-self.inertias.size :].T @ self.inertias for q in (self.q, self.qd)
+            )
+            self.theta = near + np.angle(sums * np.exp(-1j * near))
+            for _ in range(20):
+                turned = sums * np.exp(-1j * self.theta)
+                self.theta = self.theta + (turned.imag + turns - inertia * self.theta) / (turned.real + inertia)
+            turned, turning = (z * np.exp(-1j * self.theta) for z in (sums, rates))
+            self.spin = (turning.imag + turn_rates) / (turned.real + inertia)
         turn = np.exp(-1j * self.theta)[:, None]
         u = turn * self.z
         rate = turn * self.v - 1j * self.spin[:, None] * u
@@ -430,14 +439,24 @@ class ExactBeam(_Beam):
         self.ux, self.uy, self.ux_dot, self.uy_dot = u.real, u.imag, rate.real, rate.imag
         self.axis_tangent = turn * (self.places @ slopes.T)
         rotary = s.beam.density * self.second_moment(self.points) * self.weights
-        self.turning = (self.qd[:, 2::3] @ points.T) * np.append(rotary, 0.0)
+        self.turning = (self.qd[:, 2::3] @ points.T) * np.append(rotary, self.inertias)
         self.drag, self.turning_drag = np.zeros_like(self.z_points), np.zeros_like(self.turning)
         self.hub_spin = self.qd[:, 2]
 
+    def moved(self, place):
+        """Where a place of the axis is, and how fast, (samples,) each."""
+        row = quadratic(self.knots, np.array([place]), 0)[0]
+        return self.places @ row, self.rates @ row
+
+    def across(self, place):
+        """Direction across the section at a place, (samples,)."""
+        return 1j * np.exp(1j * (self.q[:, 2::3] @ quadratic(self.knots, np.array([place]), 0)[0]))
+
     @cached_property
     def kinetic(self):
-        turn = self.qd[:, 2::3] @ quadratic(self.knots, self.points, 0).T
+        turn = self.qd[:, 2::3] @ quadratic(self.knots, np.append(self.points, self.places_of_masses), 0).T
         rotary = self.scenario.beam.density * self.second_moment(self.points) * self.weights
+        rotary = np.append(rotary, self.inertias)
         hub = 0.5 * self.hub_inertia * self.hub_spin**2
         return hub + 0.5 * np.abs(self.v_points) ** 2 @ self.mass + 0.5 * turn**2 @ rotary
 

@@ -34,6 +34,13 @@ EXACT = (
 )
 
 
+#: with nodes at masses and forces
+LOADED_EXACT = (
+    "discretization.method=absolute "
+    "discretization.nodes=[0,0.07,0.14,0.21,0.28,0.35,0.41,0.48,0.55,0.62,0.7,0.78,0.86,0.93,0.98,1.02,1.06,1.1]"
+)
+
+
 def steps(scheme="", length=1e-5):
     """Steps of fixed length, which the samples are to follow."""
     keys = " ".join(f"solver.{key}={length}" for key in ("free_step", "contact_step", "output_interval"))
@@ -96,6 +103,9 @@ CASES = {
     "loaded, driven": f"{driven(0.15)} {TAPER} {LOADED} beam.kelvin_voigt=2e-5 {FULL} {fem()}",
     "loaded, all nodes": f"{LOADED} {SPRING} {fem(0)} {steps()} end_time=0.006",
     "loaded, all nodes on a hub": f"{hub(0.1)} {LOADED} {SPRING} {fem(0)} {steps()} end_time=0.006",
+    "loaded, exact, driven": f"{driven(0.12)} {LOADED} {SPRING} {LOADED_EXACT} {steps(length=5e-6)} "
+    "end_time=0.004",
+    "loaded, exact, mean axis": f"{LOADED} {SPRING} {MEAN_AXIS} {LOADED_EXACT} {steps()} end_time=0.004",
     "shaken, spring": f"{SHAKEN} {ALONE} {MEAN_AXIS} {modal()}",
     "shaken, all nodes": f"{SHAKEN} {SPRING} {fem(0)} {steps()} end_time=0.006",
     "shaken, exact": f"{SHAKEN} {TAPER} {SPRING} {INSIDE} {EXACT} {steps()} end_time=0.004",

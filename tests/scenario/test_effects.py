@@ -60,6 +60,8 @@ CASES = {
     "loaded": f"{START} {SMOOTH} masses=[{{mass=0.1}}] forces=[{{force=2,frequency=100}},{{table=[[0,1],[1,2]]}}]",
     "exact": f"{START} {SMOOTH} {SPRING} discretization.method=absolute discretization.elements=4 "
     "solver.free_step=1e-4 solver.contact_step=1e-4",
+    "flying": "discretization.method=absolute discretization.elements=2 contact.enabled=false root.kind=free "
+    "end_time=0.002 solver.free_step=1e-3 initial.velocity=[1,2]",
 }
 
 #: a case in which a key acts, and another value of it there
@@ -103,6 +105,8 @@ ACTS = {
     "root.spin_up_time": ("driven", "0.005"),
     "initial.angle": ("smooth", "0.473"),
     "initial.angular_velocity": ("smooth", "-1.1"),
+    "initial.position": ("flying", "[0.1,0.3]"),
+    "initial.velocity": ("flying", "[1,3]"),
     "initial.state": ("smooth", "equilibrium initial.angular_velocity=0"),
     "initial.place": ("plucked", "0.6"),
     "initial.deflection": ("plucked", "2e-4"),

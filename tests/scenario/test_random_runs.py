@@ -118,6 +118,12 @@ FEATURES: dict[str, dict[str, dict[str, Any]]] = {
 #: features whose choices are all as likely; of others half are plain
 LEVEL = {"where", "stop", "friction"}
 LOADS = {"masses", "forces"}
+#: roots that the exact beam has besides, or that yield
+ROOTS_OF_EXACT: dict[str, dict[str, Any]] = {
+    "free": {"kind": "free"},
+    "clamp that yields": {"kind": "driven", "stiffness": 300.0, "damping": 0.1, "hub_radius": 0.05},
+    "hub on a spring": {"kind": "hub", "inertia": 0.02, "hub_radius": 0.05, "stiffness": 300.0, "damping": 0.1},
+}
 STEP = 2e-5  # s
 
 
@@ -179,11 +185,18 @@ def drawn(case: int, rng: np.random.Generator) -> tuple[dict[str, str], dict[str
         for section, keys in options[choices[feature]].items():
             given[section] = keys if isinstance(keys, list) else given.get(section, {}) | keys
     given["initial"] = given.get("initial", {}) | {"angle": rng.uniform(-0.5, 0.7)}
+    of_root = np.random.default_rng([51, case])  # which leaves all else as it is drawn
+    if model == "exact" and of_root.random() < 0.6:
+        choices["root"] = str(of_root.choice(list(ROOTS_OF_EXACT)))
+        given["root"] = dict(ROOTS_OF_EXACT[choices["root"]])
+    if choices["root"] == "free":  # it moves as on a pin
+        middle = 0.5 * LENGTH * np.exp(1j * given["initial"]["angle"])
+        given["initial"] |= {"position": pair(middle), "velocity": pair(-1j * SPEED * middle)}
     if given.get("root", {}).get("kind") != "driven" and choices["start"] == "moving":
         given["initial"]["angular_velocity"] = -SPEED
     if choices["surface"] == "section":
         given["beam"] = given.get("beam", {}) | {"outer_fibre": HALF_DEPTH}
-    decides = scheme == "time-stepping" and model != "exact"
+    decides = scheme == "time-stepping" and (model != "exact" or choices["stop"] == "rigid")
     every_step = 1e-3 * STEP  # also those of time-stepping that are shortened
     given["solver"] = {"scheme": scheme, "output_interval": every_step if decides else STEP}
     if scheme != "event":
@@ -344,4 +357,5 @@ def test_every_choice_is_drawn():
     drawings = [allowed(case) for case in range(40, 340)]
     seen = {(feature, choice) for choices, *_ in drawings for feature, choice in choices.items()}
     assert {(feature, choice) for feature, options in FEATURES.items() for choice in options} <= seen
+    assert {("root", choice) for choice in ROOTS_OF_EXACT} <= seen
     assert sum(refused for *_, refused in drawings) < 14 * len(drawings)

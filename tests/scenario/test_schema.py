@@ -22,7 +22,7 @@ UNITS = {
     "m": "beam.length beam.outer_fibre beam.section.width beam.section.height beam.section.diameter "
     "beam.section.thickness beam.section.flange_thickness beam.section.web_thickness "
     "root.hub_radius slope.origin slope.extent contact.point discretization.nodes "
-    "initial.place initial.deflection",
+    "initial.place initial.deflection initial.position",
     "rad": "initial.angle slope.angle base.direction",
     "rad/s": "root.spin_rate initial.angular_velocity",
     "1/s": "beam.mass_proportional solver.baumgarte",
@@ -42,7 +42,7 @@ UNITS = {
     "N/m": "contact.stiffness",
     "s/m": "contact.damping",
     "N s/m": "contact.linear_damping",
-    "m/s": "contact.regularization",
+    "m/s": "contact.regularization initial.velocity",
 }
 PLAIN = (
     "beam.modal_damping_ratio contact.restitution contact.mu_static contact.mu_kinetic discretization.modes "

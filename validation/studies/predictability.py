@@ -7,6 +7,7 @@ side.
 
 from __future__ import annotations
 
+import cmath
 import math
 import os
 import time
@@ -176,15 +177,16 @@ def closing_turn(scenario: Scenario) -> float:
     the length is closed.
     """
     angle, hub, length = scenario.initial.angle, scenario.root.hub_radius, scenario.beam.length
-    reach, turns = hub + length, [math.inf]
+    reach, turns, axis = hub + length, [math.inf], scenario.root_axis
+    pivot = complex(*scenario.initial.position)  # the middle of a free beam, the axis of another's root
     for side in scenario.sides:
         for x in scenario.beam_points:
-            gap, along = side.gap_and_place(hub + x, angle, scenario.half_depth)
+            gap, along = side.gap_and_place(hub + x, angle, scenario.half_depth, axis)
             if side.is_beside(along) and gap > _CLOSED * length:
-                turns.append(gap / (hub + x))
+                turns.append(gap / max(abs(axis + (hub + x) * cmath.exp(1j * angle) - pivot), gap))
     for point in scenario.obstacle_points:
-        arm = math.hypot(point.x, point.y)
-        gap = point.distance(hub, reach, angle) - point.radius - scenario.half_depth
+        arm = abs(complex(point.x, point.y) - pivot)
+        gap = point.distance(hub, reach, angle, axis) - point.radius - scenario.half_depth
         if gap > _CLOSED * length:
             turns.append(gap / max(arm, gap))
     return min(turns)

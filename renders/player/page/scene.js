@@ -114,7 +114,7 @@ function drawScene() {
   drawTrace(c, view);
   drawBeam(c, view, beam);
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
-  if (facts.clamped === null) circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
+  if (facts.clamped === null && !facts.free) circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
   drawZones(c, beam);
   drawApplied(c, view, beam, facts.longest_arrow * view.whole);
   drawForces(c, view, facts.longest_arrow * view.whole, `contact force ${run.force_text[Math.floor(show.place)]}`);
@@ -233,8 +233,9 @@ function drawObstacles(c, view) {
   }
 }
 
-/** The hub, the wall that holds a clamped beam, or the block under the pin. */
+/** The hub, the wall that holds a clamped beam, or the block under the pin; nothing of a beam that nothing holds. */
 function drawRoot(c, view) {
+  if (facts.free) return;
   const [x, y] = toPixels(view, [0, 0]), p = facts.pin * view.scale;
   if (facts.hub_radius > 0) return circle(c, [x, y], Math.max(facts.hub_radius * view.scale, 3), colour.ground, 1.2);
   if (facts.clamped !== null) {
