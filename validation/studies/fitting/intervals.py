@@ -149,12 +149,27 @@ def _profile(
             minimizer.params[one.name].value = _ORIGIN + moved * covariance / variance
         return minimizer.least_squares()
 
+    def growth(moved: Any) -> float:
+        """Root of the growth of the sum of squares, over t."""
+        return math.sqrt(max(moved.chisqr - best.squares, 0.0)) / quantile
+
     def probability(_: Any, moved: Any) -> float:
         """Return 0.95 where the root of the growth is t, and less or more where it is."""
-        growth = math.sqrt(max(moved.chisqr - best.squares, 0.0)) / quantile
-        return min(0.95 * growth, 1.0)
+        return min(0.95 * growth(moved), 1.0)
+
+    def is_open(end: float) -> bool:
+        """Whether the data allow an end of the way to search: it need not be walked in steps."""
+        param.set(value=end, vary=False)
+        allowed = growth(refit()) < 1.0
+        param.set(value=_ORIGIN, vary=True)
+        return allowed
 
     minimizer.leastsq = refit
+    nearest = _ORIGIN - param.stderr, _ORIGIN + param.stderr
+    if is_open(param.min):
+        param.set(min=nearest[0])
+    if is_open(param.max):
+        param.set(max=nearest[1])
     start = MinimizerResult(params=minimizer.params, chisqr=best.squares)
     with warnings.catch_warnings(), np.errstate(invalid="ignore"):
         warnings.simplefilter("ignore", UserWarning)  # of a bound that is reached: that end is infinite
