@@ -287,7 +287,7 @@ class _Frame:
     @cached_property
     def frame(self) -> tuple[Array, Array]:
         """Angle (rad) and angular velocity (rad/s) of the floating frame at the samples."""
-        if self.scenario.root.kind == "driven":
+        if self.scenario.root.kind == "driven" and self.scenario.root.stiffness > 0.0:
             return self._root_turn(self.samples.time)
         if self.scenario.discretization.frame == "tangent":
             return self.q[:, 2], self.v[:, 2]

@@ -244,7 +244,7 @@ def test_a_bad_argument_in_python_is_one_line_too(make, start):
 def test_its_repr_is_the_call_that_makes_it(name):
     scenario = Scenario.builtin(name)
     assert eval(repr(scenario), vars(sections) | {"Scenario": Scenario}) == scenario
-    assert "tolerance" not in repr(scenario.replace(gravity=9.81))
+    assert "baumgarte" not in repr(scenario.replace(gravity=9.81))
     assert "gravity=9.81" in str(scenario.replace(gravity=9.81))
 
 
