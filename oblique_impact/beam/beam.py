@@ -43,7 +43,7 @@ class ContactPlace(NamedTuple):
     stiffness: float  # N/m, of an elastic stop
     radius: float = 0.0  # m, of a peg
     cell: float = 0.0  # m, of the beam that bears on a bedding; the stiffness is that of the bed under all of it
-    behind: bool = False  # whether a point of the beam starts behind a side of an outline
+    behind: bool = False  # whether a point of the beam starts behind the line of a side of an outline
 
 
 def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[ContactPlace]:
@@ -66,8 +66,8 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
             stiffness = side.bedding * sum(cell) if side.bedding else side.stiffness
             extent, behind = side.lengthened(cell).extent, False
             if side.obstacle in outlines:  # in none of which it is
-                gap, along = side.gap_and_place(reach + place, s.initial.angle, s.half_depth_at(place), s.root_axis)
-                behind = gap < -TOUCHING * length and extent[0] <= along <= extent[1]
+                gap, _ = side.gap_and_place(reach + place, s.initial.angle, s.half_depth_at(place), s.root_axis)
+                behind = gap < -TOUCHING * length
             found.append(
                 ContactPlace(side.obstacle, True, numbers, extent, stiffness, cell=sum(cell), behind=behind)
             )

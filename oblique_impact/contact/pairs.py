@@ -31,8 +31,8 @@ class ContactPair:
         tangent.  The stop is then rigid, or an :class:`~oblique_impact.contact.stops.ElasticStop` without damping,
         the friction is Coulomb's, and impacts have none.
     behind : bool
-        Whether a point of the beam starts behind a side of a solid, without being in it: it meets the side only
-        after it has come before it.
+        Whether a point of the beam starts behind the line of a side of a solid, but not in this: it meets the side
+        only after it has come before it.
     """
 
     contact_law: ContactLaw | None = None

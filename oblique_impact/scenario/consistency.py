@@ -146,7 +146,7 @@ def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
 
 
 def _of_outlines(s: ScenarioModel) -> Iterator[tuple[str, str]]:
-    """Yield outlines that the undeformed beam is inside of or crosses, at rest too: no side says where it is bent to."""
+    """Yield outlines that the undeformed beam is inside of or crosses; at rest none says where it is bent."""
     touching, along = TOUCHING * s.beam.length, cmath.exp(1j * s.initial.angle)
     root = s.root_axis + s.root.hub_radius * along
     for number, outline in s.outlines.items():

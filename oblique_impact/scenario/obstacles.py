@@ -17,7 +17,10 @@ class Side(NamedTuple):
     stiffness: float  # N/m, of an elastic stop
     bedding: float = 0.0  # N/m^2, in place of the stiffness
     corners: tuple[bool, bool] = (True, True)  # whether its beginning and its end are corners that are its own
-    reach: tuple[float, float] = (0.0, 0.0)  # m, how far it goes on into the solid before its beginning, behind its end
+    reach: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # m, how far it goes on into the solid before its beginning, behind its end
 
     @property
     def offsets(self) -> tuple[float, float]:

@@ -1,8 +1,8 @@
 """Outlines: chains of straight sides, open ones or the whole boundary of a solid, which lies on their right.
 
-An outline is made of what the beam can touch anyway: each piece is a side with ends, each vertex that stands out of
-the solid a corner.  Where two sides meet in a hollow there is no corner: both go on into the solid there, so that no
-place of the beam slips out between them.  Points are complex numbers here, z = x + i y (m).
+An outline is made of what the beam can touch anyway: each piece is a side with ends, each vertex that stands out
+of the solid a corner.  Where two sides meet in a hollow there is no corner: both go on into the solid there, so
+that no place of the beam slips out between them.  Points are complex numbers here, z = x + i y (m).
 """
 
 from __future__ import annotations
@@ -59,22 +59,20 @@ class Outline:
 
     @property
     def turns(self) -> NDArray[np.float64]:
-        """Angle (rad) by which it turns at each point, to the left, into a hollow; NaN at the ends of an open one."""
+        """Angle (rad) by which it turns at each point, to the left in a hollow; NaN at ends of an open one."""
         before, after = np.roll(self._pieces, 1), self._pieces
         found: NDArray[np.float64] = np.append(np.angle(after / before), np.nan)
         found[-1 if self.is_closed else 0] = found[0] if self.is_closed else np.nan
         return found
 
     def sides(self, obstacle: int, stiffness: float, bedding: float = 0.0) -> list[Side]:
-        """Return its sides, each with the corners at its ends that are its own: a vertex is one of the next side."""
+        """Return its sides, each with the corners that are its own: a vertex is one of the next side."""
         stands_out, lengths = ~(self.turns >= 0.0), np.abs(self._pieces)  # or is an end
         last, found = len(lengths) - 1, list[Side]()
         for k, (begin, piece) in enumerate(zip(self.points[:-1], self._pieces, strict=True)):
             has_end = k == last and not self.is_closed
-            reach = 0.0, 0.0
-            if not bedding:
-                before, after = (0.0 if out else self._reach(k, way) for out, way in zip(stands_out[k : k + 2], (-1, 1)))
-                reach = before, after
+            hollow = ~stands_out[k : k + 2] & (not bedding)
+            reach = self._reach(k, -1) if hollow[0] else 0.0, self._reach(k, 1) if hollow[1] else 0.0
             found.append(
                 Side(
                     obstacle,
@@ -191,19 +189,18 @@ def check_points(points: Pairs) -> None:
         raise ValueError(f"an outline that does not cross itself: its pieces {k + 1} and {j + 1} meet")
     area = 0.5 * float(np.sum((z[:-1].conjugate() * z[1:]).imag))
     if closed and area > 0.0:
-        raise ValueError("clockwise if it is closed, so that its solid is inside, on its right: reverse its points")
+        raise ValueError("clockwise if it is closed, its solid inside, on its right: reverse its points")
 
 
 def _first_crossing(z: Places, closed: bool) -> tuple[int, int] | None:
-    """Return two pieces that have more than the point in common at which one follows the other; None: there are none."""
+    """Return two pieces that meet elsewhere than where one follows the other; None: there are none."""
     begins, pieces = z[:-1], np.diff(z)
     n = len(pieces)
     for k in range(n):
-        follows = [(k + 1, k)] if k + 1 < n else [(0, k)] if closed else []
-        for j, _ in follows:
-            turn = pieces[j] / pieces[k]
-            if turn.real < 0.0 and abs(turn.imag) <= _SAME * abs(turn):
-                return min(j, k), max(j, k)
+        j = (k + 1) % n
+        turn = pieces[j] / pieces[k] if j or closed else 1.0
+        if turn.real < 0.0 and abs(turn.imag) <= _SAME * abs(turn):  # it goes back where it came from
+            return min(j, k), max(j, k)
         others = np.arange(k + 2, n - (1 if closed and k == 0 else 0))
         if others.size == 0:
             continue
@@ -211,7 +208,9 @@ def _first_crossing(z: Places, closed: bool) -> tuple[int, int] | None:
         start = (begins[others] - begins[k]) * pieces[k].conjugate() / abs(pieces[k])
         end, rounding = start + of, _SAME * (np.abs(start) + np.abs(of))
         length = abs(pieces[k])
-        straddles = (np.minimum(start.imag, end.imag) <= rounding) & (np.maximum(start.imag, end.imag) >= -rounding)
+        straddles = (np.minimum(start.imag, end.imag) <= rounding) & (
+            np.maximum(start.imag, end.imag) >= -rounding
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             at = start.real - start.imag * of.real / of.imag
         flat = np.abs(of.imag) <= rounding
@@ -256,7 +255,7 @@ def _is_number(text: str) -> bool:
 
 
 def take_points(data: dict[str, Any], folder: Path, changed: Sequence[str]) -> None:
-    """Replace `points` of obstacles that are paths of files, from `folder`, by their points in the data of a scenario.
+    """Replace `points` of obstacles that are paths, from `folder`, by those in the files, in data of a scenario.
 
     Paths of keys that were `changed` begin in the present folder.  Raises InputError as `read_points`.
     """

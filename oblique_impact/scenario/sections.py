@@ -403,22 +403,23 @@ class ObstacleSection(InputSection):
 
     kind: Literal["side", "point", "polyline"] = key(
         "side",
-        "a straight side, solid on its right as the slope is, a point (a corner or a peg), or an outline of straight "
-        "sides through `points`",
+        "a straight side, solid on its right as the slope is, a point (a corner or a peg), or an outline of "
+        "straight sides through `points`",
     )
     origin: Annotated[Pair, Unit("m")] = key(
         (0.0, 0.0),
-        "a place on the side, the centre of the point, or where the point [0, 0] of an outline is, [x, y] from the "
-        "axis of the root",
+        "a place on the side, the centre of the point, or where [0, 0] of an outline is, [x, y] from the axis of "
+        "the root",
     )
     angle: Angle = key(
         0.0,
-        "inclination of the side from the horizontal; pi turns its solid up. An outline is turned by it about `origin`",
+        "inclination of the side from the horizontal; pi turns its solid up. An outline is turned by it about "
+        "`origin`",
     )
     points: Points = key(
         (),
-        "the outline, [[x, y], ...], solid on its right; it is the whole solid, clockwise, if the last point is the "
-        "first. A text is a file of them beside the scenario file, two columns x,y in m (`lay.csv`)",
+        "points of the outline, [[x, y], ...], solid on its right; it is the whole solid, clockwise, if the last "
+        "point is the first. A text is a file of them beside the scenario file, two columns x,y in m (`lay.csv`)",
     )
     extent: Extent = key(
         (),

@@ -57,7 +57,9 @@ def test_distances_have_the_sign_of_the_solid():
     assert acute.distance([1.5 + 0.1j, 1.1 + 0.2j]) == pytest.approx([-0.5, -math.hypot(0.1, 0.1)])
     bump = Outline([(0.0, 0.2), (1.0, 0.1), (0.0, 0.0)])
     assert bump.distance([1.5 + 0.1j, 0.5 + 0.1j])[0] == pytest.approx(0.5)
-    around = Outline([(math.cos(a), -math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 41)[:-1]] + [(1.0, 0.0)])
+    around = Outline(
+        [(math.cos(a), -math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 41)[:-1]] + [(1.0, 0.0)]
+    )
     rng = np.random.default_rng(5)
     z = rng.uniform(-2.0, 2.0, 200) + 1j * rng.uniform(-2.0, 2.0, 200)
     assert np.max(np.abs(around.distance(z) - (np.abs(z) - 1.0))) < 1.0 - math.cos(math.pi / 40) + 1e-12
