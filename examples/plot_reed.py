@@ -2,9 +2,9 @@
 A reed that winds onto its lay
 ==============================
 
-A force at the tip of a thin steel reed grows and presses it onto a lay that curves away from it: more and more of it
-lies on the lay, from its root on. Then the force lets go. The lay is an outline, ``kind = "polyline"``: points of an
-arc, from a list as here or from a file, ``points = "lay.csv"``.
+A force at the tip of a thin steel reed grows and presses it onto a lay that curves away from it: more and more of
+it lies on the lay, from its root on. Then the force lets go. The lay is an outline, ``kind = "polyline"``: points
+of an arc, from a list as here or from a file, ``points = "lay.csv"``.
 """
 
 import numpy as np

@@ -163,7 +163,8 @@ def _without_straight(points: Places, closed: bool) -> Places:
         kept = _bends(points[-2], points[:-1], points[1])
         found = points[:-1][kept]
         return np.append(found, found[:1])
-    return points[np.append(np.insert(_bends(None, points, None), 0, True), True)]
+    kept = np.concatenate([[True], _bends(None, points, None), [True]])
+    return np.asarray(points[kept])
 
 
 def _bends(before: complex | None, points: Places, after: complex | None) -> NDArray[np.bool_]:

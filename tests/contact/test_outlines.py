@@ -20,7 +20,7 @@ def arc(chords: int) -> list[list[float]]:
 
 
 def turned_onto(obstacle):
-    """A clamp turns by 0.16 rad and bends the beam over an obstacle: energy, impulse over time, loss of friction."""
+    """A clamp bends the beam over an obstacle as it turns: energy and impulse over time, loss of friction."""
     history = simulate(
         Scenario.from_dict(
             {
