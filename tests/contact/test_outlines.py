@@ -177,3 +177,21 @@ def test_a_run_goes_on_where_it_is_pressed_into_a_block():
     on_block, on_line = (simulate(s, initial_state=state)["lambda_n"].values for s in (moving, line))
     assert on_line[0] > 2.0
     assert on_block == pytest.approx(on_line, rel=1e-6)
+
+
+def test_a_reed_lies_on_its_lay_as_far_as_its_force_has_the_moment_for():
+    """Bent to the lay it takes the moment EI/R: up to EI/(R F) before the tip, and at the clamp."""
+    history = simulate(Scenario.builtin("reed", ["end_time=0.08"]))
+    assert abs(history.balance["unaccounted"]) < 1e-10
+    length, bending, radius, chord = 0.1, 2.1e11 * 0.01 * 0.0005**3 / 12.0, 0.8, 0.008
+    slow = history["time"].values > 0.06  # its swing is damped out
+    force = 1.2 * history["time"].values[slow] / 0.08
+    pushes = np.nan_to_num(history["contact_lambda_n"].values[slow])
+    places = history["contact_place"].values[slow]
+    last = np.where(pushes > 0.0, places, 0.0).max(axis=1)
+    # the reed leaves the lay at a corner, between chords
+    assert np.all(np.abs(last - (length - bending / (radius * force))) < 1.1 * chord)
+    assert last[-1] > last[0] + 0.9 * chord
+    weight = 7800.0 * 0.01 * 0.0005 * 9.8 * length
+    moment = force * length + 0.5 * weight * length - bending / radius
+    assert np.mean((pushes * places).sum(axis=1)) == pytest.approx(np.mean(moment), rel=2.5e-3)
