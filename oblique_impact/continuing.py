@@ -15,7 +15,7 @@ from oblique_impact.contact.transitions import Earlier
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.scenario.outlines import Outline
+from oblique_impact.scenario.polylines import Outline
 
 #: of the beam's length: a beam that is as close to a point as this does not say on which side of it it is
 _TOUCHING = 1e-9

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
-from oblique_impact.scenario.outlines import Outline
+from oblique_impact.scenario.polylines import Outline
 
 Array = NDArray[np.float64]
 

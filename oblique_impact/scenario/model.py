@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.messages import plain_text
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
-from oblique_impact.scenario.outlines import Outline
+from oblique_impact.scenario.polylines import Outline
 from oblique_impact.scenario.section import InputSection, key
 from oblique_impact.scenario.sections import (
     BaseSection,

@@ -21,7 +21,7 @@ from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.model import ScenarioModel
-from oblique_impact.scenario.outlines import take_points
+from oblique_impact.scenario.polylines import take_points
 from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES
 from oblique_impact.scenario.toml import apply_change, drop_key, flat_keys, parse_toml, set_key

@@ -25,7 +25,7 @@ from pydantic import (
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.obstacles import Side
-from oblique_impact.scenario.outlines import MAX_POINTS, Outline, Pairs, check_points, outline_of
+from oblique_impact.scenario.polylines import MAX_POINTS, Outline, Pairs, check_points, outline_of
 from oblique_impact.scenario.section import InputSection, key
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, at_x, size_conflict, value_at
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, scenario_schema, start_scenario
-from oblique_impact.scenario.outlines import Outline
+from oblique_impact.scenario.polylines import Outline
 from tests.refusals import refused_in_one_line
 
 BLOCK = [[0.4, -0.1], [0.4, -0.05], [0.8, -0.05], [0.8, -0.1], [0.4, -0.1]]
