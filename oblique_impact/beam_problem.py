@@ -187,6 +187,7 @@ def decision_about(
             place.on_side,
             place.numbers[0],
             compliance.behind(i) if compliance else None,
+            place.behind,
         )
         for i, place in enumerate(places)
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,14 @@ from oblique_impact.contact.transitions import Earlier
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.kernels.workspace import Array
+from oblique_impact.scenario.polylines import Outline
 
 #: of the beam's length: a beam that is as close to a point as this does not say on which side of it it is
 _TOUCHING = 1e-9
 _FINE = 4001  # places of the axis from which the nearest to a point is sought
 _REFINED = 3
+#: over the depth of a point in a solid, that in the line of a side up to which it is pressed into this
+_PRESSED = 2.0
 
 
 def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[Array, Array, dict[int, Earlier]]:
@@ -71,7 +75,11 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
     axis = _BentAxis(beam, start)
     for i, place in enumerate(beam.candidates):
         if place.on_side:
-            found.append(place)
+            outline = beam.scenario.outlines.get(place.obstacle)
+            closed = history is not None and history["contact_state"].values[-1, i] != FREE
+            found.append(
+                place._replace(behind=outline is not None and not closed and axis.is_behind(place, outline))
+            )
             continue
         x, y, _, _, side, spare = place.numbers
         at, height = axis.nearest(x, y)
@@ -107,6 +115,17 @@ class _BentAxis:
         x = beam.operators.stations.points
         self._length = float(x[-1])
         self._places = CubicSpline(x, bent_beam(beam, q[None], np.zeros_like(q)[None]).point()[0])
+
+    def is_behind(self, place: ContactPlace, outline: Outline) -> bool:
+        """Return whether a point of the beam is behind the line of a side of an outline, not pressed into it.
+
+        One that is in the solid is pressed into the sides that are about as near as its boundary is.
+        """
+        at, angle, height, _, fibre, _ = place.numbers
+        z = complex(self._places(at))
+        gap = (z * cmath.exp(-1j * angle)).imag - height - abs(fibre)
+        inside = abs(fibre) - float(outline.distance(z))
+        return gap < -_TOUCHING * self._length and not -gap <= _PRESSED * inside
 
     def nearest(self, x: float, y: float) -> tuple[float, float]:
         """Return the place (m along the beam) nearest to a point, and its height (m) to the left of the point."""

@@ -127,9 +127,9 @@ class Balance:
         return np.array(columns).T
 
     def are_beyond(self, slips: Array) -> Mask:
-        """Return which contacts are beyond the ends of their sides at slips (n,) in m."""
+        """Return which contacts are beyond the ends of their sides at slips (n,) in m, or behind them."""
         pairs = zip(self.decision.pairs, slips.tolist(), strict=True)
-        return np.array([pair.is_beyond(slip) for pair, slip in pairs])
+        return np.array([pair.behind or pair.is_beyond(slip) for pair, slip in pairs])
 
     def compliances(self, near: NDArray[np.intp], fixed: Mask, forces: Array | None = None) -> Array:
         """Return W (m, m) in m/N in the state of the last `at`, 0 of contacts that are `fixed`.

@@ -150,7 +150,7 @@ class View:
             ]
             blocks += [found for found in (stand(solid, ground) for solid in standing) if found]
             planes.append(np.array([(ground.first, ground.y), (ground.last, ground.y)]))
-            planes += [o.surface for o in obstacles if o.is_side and o.normal[1] > 0.0]
+            planes += [line for o in obstacles if o.is_side and o.normal[1] > 0.0 for line in o.pieces]
         for solid in blocks:
             self._add_block(solid, theme.slope, theme.slope_edge)
         if ground:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
+from oblique_impact.scenario.polylines import Outline
 
 Array = NDArray[np.float64]
 
@@ -38,11 +39,17 @@ class DrawnObstacle(NamedTuple):
     normal: Array  # (2,) out of the solid; of a peg towards the beam
     is_side: bool
     ends: tuple[float, float] = (0.0, 0.0)  # m along a side from its origin
+    touched: int = 2  # points of the outline that are of the surface, of a side or an open outline
 
     @property
     def surface(self) -> Array:
-        """The line that the beam can touch (n, 2), m: a side from end to end, or the closed outline of a peg."""
-        return self.outline[:2] if self.is_side else np.append(self.outline, self.outline[:1], axis=0)
+        """The line that the beam can touch (n, 2), m: a side from end to end, or the closed outline of a solid."""
+        return self.outline[: self.touched] if self.is_side else np.append(self.outline, self.outline[:1], axis=0)
+
+    @property
+    def pieces(self) -> list[Array]:
+        """The straight pieces of the surface, (2, 2) each."""
+        return [self.surface[k : k + 2] for k in range(len(self.surface) - 1)]
 
 
 class Ground(NamedTuple):
@@ -64,8 +71,34 @@ def drawn_obstacles(geometry: BeamGeometry) -> list[DrawnObstacle]:
     if not scenario.contact.enabled:
         return []
     pegs = [_peg(geometry, point) for point in scenario.obstacle_points if not point.corner]
-    sides = [_side(geometry, side) for side in scenario.sides]
-    return [*filter(None, sides), *pegs]
+    sides = [_side(geometry, side) for side in scenario.sides if side.obstacle not in scenario.outlines]
+    return [*filter(None, sides), *pegs, *(_outline(geometry, of) for of in scenario.outlines.values())]
+
+
+def _outline(geometry: BeamGeometry, outline: Outline) -> DrawnObstacle:
+    """Return an outline; an open one ends level below its lowest place or, of a steep one, across it."""
+    places = _moved_in(outline, geometry.slope_depth)
+    points = np.column_stack([places.real, places.imag])
+    if outline.is_closed:
+        middle = looked_at(geometry).mean(axis=0) - points.mean(axis=0)
+        return DrawnObstacle(points[:-1], middle / (np.linalg.norm(middle) or 1.0), False)
+    length = geometry.scenario.beam.length
+    tangent = (points[-1] - points[0]) / (np.linalg.norm(points[-1] - points[0]) or 1.0)
+    normal = np.array([-tangent[1], tangent[0]])
+    down, deep = (np.array([0.0, 1.0]), _BELOW) if tangent[0] >= 0.5 else (normal, _ACROSS)
+    low = float((points @ down).min()) - deep * length
+    bottom = points[[-1, 0]] + np.outer(low - points[[-1, 0]] @ down, down)
+    return DrawnObstacle(np.concatenate([points, bottom]), normal, True, touched=len(points))
+
+
+def _moved_in(outline: Outline, depth: float) -> NDArray[np.complex128]:
+    """Return the points of an outline (n,), x + i y, moved into the solid by a depth (m) across its sides."""
+    z = outline.points
+    normals = 1j * np.diff(z) / np.abs(np.diff(z))
+    first, last = (normals[-1], normals[0]) if outline.is_closed else (normals[0], normals[-1])
+    before, after = np.concatenate([[first], normals]), np.concatenate([normals, [last]])
+    across = before + after
+    return np.asarray(z - 2.0 * depth * across / np.maximum(np.abs(across) ** 2, 1.0))
 
 
 def _side(geometry: BeamGeometry, side: Side) -> DrawnObstacle | None:

@@ -20,6 +20,7 @@ ORDER = (
     "gap",
     "slap",
     "edge",
+    "reed",
     "dropped_bar",
     "shaken",
     "stops",

@@ -25,6 +25,7 @@ from oblique_impact.contact.compliance import Compliance
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
 from oblique_impact.kernels.workspace import VECTORS, own_numbers, record_of
+from oblique_impact.scenario.consistency import TOUCHING
 from oblique_impact.scenario.scenario import Scenario
 
 _STIFFENED = 1e-3  # of the mass, small against it and far above rounding
@@ -42,6 +43,7 @@ class ContactPlace(NamedTuple):
     stiffness: float  # N/m, of an elastic stop
     radius: float = 0.0  # m, of a peg
     cell: float = 0.0  # m, of the beam that bears on a bedding; the stiffness is that of the bed under all of it
+    behind: bool = False  # whether a point of the beam starts behind the line of a side of an outline
 
 
 def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[ContactPlace]:
@@ -55,21 +57,27 @@ def contact_places(scenario: Scenario, foreshortening: float = 1.0) -> list[Cont
         fibre = s.contact_fibre
         numbers = s.contact.point, s.slope.angle, *s.slope.offsets, fibre, foreshortening * fibre
         return [ContactPlace(0, True, numbers, s.slope.extent, s.contact.stiffness)]
-    length, reach = s.beam.length, s.root.hub_radius
+    length, reach, outlines = s.beam.length, s.root.hub_radius, s.outlines
     for side in s.sides:
         for place in s.beam_points:
             fibre = side.facing(s.initial.angle) * s.half_depth_at(place)
             numbers = place, side.angle, *side.offsets, fibre, foreshortening * fibre
             cell = s.cell_on(side, place)
             stiffness = side.bedding * sum(cell) if side.bedding else side.stiffness
-            extent = side.lengthened(cell).extent
-            found.append(ContactPlace(side.obstacle, True, numbers, extent, stiffness, cell=sum(cell)))
+            extent, behind = side.lengthened(cell).extent, False
+            if side.obstacle in outlines:  # in none of which it is
+                gap, _ = side.gap_and_place(reach + place, s.initial.angle, s.half_depth_at(place), s.root_axis)
+                behind = gap < -TOUCHING * length
+            found.append(
+                ContactPlace(side.obstacle, True, numbers, extent, stiffness, cell=sum(cell), behind=behind)
+            )
+    preloaded = s.preloaded_sides
     for point in s.obstacle_points:
         seen = point.seen_from(s.root_axis, s.initial.angle)
         depth = s.half_depth_at(float(np.clip(seen.real - reach, 0.0, length)))
         sense = -np.copysign(1.0, seen.imag)
-        if point.corner and point.obstacle in s.preloaded_sides:
-            sense = s.preloaded_sides[point.obstacle]
+        if point.corner and point.obstacle in preloaded:
+            sense = preloaded[point.obstacle]
         numbers = point.x, point.y, point.radius + depth, depth, sense, 0.0
         found.append(ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius))
     return found

@@ -60,7 +60,9 @@ def clearance_along(
     x, axis = variables["station"], bent.point()
     depth = sections.fibre_distance(x) if scenario.contact.surface == "section" else 0.0
     found = list[tuple[int, Array, Array]]()
-    for side in scenario.sides:
+    for number, outline in scenario.outlines.items():
+        found.append((number, outline.distance(axis) - depth, x))
+    for side in [each for each in scenario.sides if each.obstacle not in scenario.outlines]:
         face = bent.point(side.facing(scenario.initial.angle) * depth)
         found.append((side.obstacle, _from_side(side.extent, side.slip_and_gap(face)), x))
     for point in scenario.obstacle_points:

@@ -174,6 +174,8 @@ class Decision:
             c = probe.of(i)
             if i in earlier:
                 states[i] = self._resumed(i, earlier[i], c)
+            elif pair.behind and c.gap < -self.tolerances.gap:
+                states[i] = self.free(i, -1.0)
             elif pair.is_beyond(c.slip):
                 if c.gap < -self.tolerances.gap:
                     states[i] = self.free(i, -1.0)

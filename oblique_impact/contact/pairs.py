@@ -30,6 +30,9 @@ class ContactPair:
         Axial flexibility (m/N) behind the friction of a contact that begins at a slip (m), and the sense of its
         tangent.  The stop is then rigid, or an :class:`~oblique_impact.contact.stops.ElasticStop` without damping,
         the friction is Coulomb's, and impacts have none.
+    behind : bool
+        Whether a point of the beam starts behind the line of a side of a solid, but not in this: it meets the side
+        only after it has come before it.
     """
 
     contact_law: ContactLaw | None = None
@@ -38,6 +41,7 @@ class ContactPair:
     on_side: bool = True
     at: float = 0.0
     axial: Callable[[float], tuple[float, float]] | None = None
+    behind: bool = False
 
     @property
     def ends(self) -> tuple[float, float]:

@@ -125,7 +125,10 @@ class Run:
         task = Task(size, n, self._y.size, *times, friction, restitution, problem.modes, problem.compliance)
         own = problem.scheme.buffers(task._replace(elastic=decision.compliant))
         packed, law = is_compiled(problem.system), problem.decision.law
-        free = [self.decision.free(i).changed(enabled=int(problem.contact)) for i in range(n)]
+        free = [
+            self.decision.free(i, -1.0 if pair.behind else 1.0).changed(enabled=int(problem.contact))
+            for i, pair in enumerate(self.pairs)
+        ]
         # located contacts see that of elastic stops across the body; along it, it is in their own records
         bent = problem.compliance
         if bent is not None and not (problem.scheme.decides or (decision.compliant and bent.bends)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Iterator
 
 from oblique_impact.scenario.model import ON_NODE, ScenarioModel
@@ -122,7 +123,8 @@ def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
     """Yield obstacles that the undeformed beam overlaps at t = 0, or that lie on its axis."""
     preloaded = s.initial.state != "undeformed"  # a beam at rest is bent away from them
     radius, angle, touching = s.root.hub_radius, s.initial.angle, TOUCHING * s.beam.length
-    for side in s.sides:
+    yield from _of_outlines(s)
+    for side in [each for each in s.sides if each.obstacle not in s.outlines]:
         key, name = _named(side.obstacle)
         for x in s.beam_points:
             gap, along = side.gap_and_place(radius + x, angle, s.half_depth, s.root_axis)
@@ -134,13 +136,29 @@ def _of_undeformed_beam(s: ScenarioModel) -> Iterator[tuple[str, str]]:
         distance = point.distance(radius, radius + s.beam.length, angle, s.root_axis)
         what = f"an end of {name}" if point.corner else name
         least = point.radius + s.half_depth
-        if distance < least - touching and not preloaded:
+        if distance < least - touching and not (preloaded and point.obstacle not in s.outlines):
             yield (
                 key,
                 f"{what} is {distance:.6g} m from the beam's axis at t = 0; should be at least {least:.6g} m",
             )
         elif distance <= touching:
             yield key, f"{what} lies on the beam's axis at t = 0, which does not say on which side of it it is"
+
+
+def _of_outlines(s: ScenarioModel) -> Iterator[tuple[str, str]]:
+    """Yield outlines that the undeformed beam is inside of or crosses; at rest none says where it is bent."""
+    touching, along = TOUCHING * s.beam.length, cmath.exp(1j * s.initial.angle)
+    root = s.root_axis + s.root.hub_radius * along
+    for number, outline in s.outlines.items():
+        gaps = outline.distance([root + x * along for x in s.beam_points]) - s.half_depth
+        for x, gap in zip(s.beam_points, gaps.tolist(), strict=True):
+            if gap < -touching:
+                inside = f"the beam's point at {x:.6g} m starts {-gap:.6g} m inside of obstacle {number}"
+                yield f"obstacles.{number}.points", f"{inside}; the gap should be at least 0"
+        share = outline.crossing(root, root + s.beam.length * along)
+        if share is not None:
+            at = f"the beam crosses obstacle {number} at {share * s.beam.length:.6g} m along it at t = 0"
+            yield f"obstacles.{number}.points", f"{at}; it should be on its left"
 
 
 def _named(obstacle: int) -> tuple[str, str]:

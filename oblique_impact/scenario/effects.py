@@ -189,9 +189,10 @@ RULES = (
     Rule("solver", "stick", lambda s: s.contact.friction == "hybrid", 'only with contact.friction = "hybrid"'),
 )
 OBSTACLE_RULES = (
-    ItemRule("angle", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ItemRule("angle", lambda s, o: o.kind != "point", 'only with kind = "side" or "polyline"'),
     ItemRule("extent", lambda s, o: o.kind == "side", 'only with kind = "side"'),
-    ItemRule("bedding", lambda s, o: o.kind == "side", 'only with kind = "side"'),
+    ItemRule("bedding", lambda s, o: o.kind != "point", 'only with kind = "side" or "polyline"'),
+    ItemRule("points", lambda s, o: o.kind == "polyline", 'only with kind = "polyline"'),
     ItemRule("radius", lambda s, o: o.kind == "point", 'only with kind = "point"'),
     ItemRule("stiffness", lambda s, o: s.contact.normal == "spring", _SPRING),
     ItemRule("stiffness", lambda s, o: o.bedding == 0.0, "bedding stands in its place; leave one of the two out"),

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.messages import plain_text
 from oblique_impact.scenario.obstacles import ObstaclePoint, Side
+from oblique_impact.scenario.polylines import Outline
 from oblique_impact.scenario.section import InputSection, key
 from oblique_impact.scenario.sections import (
     BaseSection,
@@ -242,24 +243,33 @@ class ScenarioModel(InputSection):
 
         Whether contact is enabled is not asked.  With ``contact.where = "point"`` it is the slope alone.
         """
-        others = [
-            Side(number, item.origin, item.angle, item.extent, item.stiffness, item.bedding)
-            for number, item in enumerate(self.obstacles, start=1)
-            if item.kind == "side"
-        ]
+        others = list[Side]()
+        for number, item in enumerate(self.obstacles, start=1):
+            if item.kind == "side":
+                others.append(Side(number, item.origin, item.angle, item.extent, item.stiffness, item.bedding))
+            elif item.outline is not None:
+                others += item.outline.sides(number, item.stiffness, item.bedding)
         return [self.slope_side, *others] if self.slope.enabled else others
+
+    @property
+    def outlines(self) -> dict[int, Outline]:
+        """Outlines by the numbers of their obstacles."""
+        each = {number: item.outline for number, item in enumerate(self.obstacles, start=1)}
+        return {number: outline for number, outline in each.items() if outline is not None}
 
     @property
     def preloaded_sides(self) -> dict[int, float]:
         """Sides, by obstacle, that the undeformed beam is inside of, and on which side of their ends it rests.
 
         That is 1 where the beam is on the left of them, seen along it, and -1 on the right.  Only a beam that
-        begins at rest may be bent away from them.
+        begins at rest may be bent away from them, and from no outline.
         """
         if self.initial.state == "undeformed" or not self.touches_anywhere:
             return {}
         angle, found = self.initial.angle, dict[int, float]()
         for side in self.sides:
+            if side.obstacle in self.outlines:
+                continue
             for x in self.beam_points:
                 gap, along = side.gap_and_place(self.root.hub_radius + x, angle, self.half_depth, self.root_axis)
                 if gap < 0.0 and side.lengthened(self.cell_on(side, x)).is_beside(along):
@@ -268,7 +278,7 @@ class ScenarioModel(InputSection):
 
     @property
     def obstacle_points(self) -> list[ObstaclePoint]:
-        """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``.
+        """Pegs, and corners at the ends of sides, by obstacle; none with ``contact.where = "point"``.
 
         A side with a bedding has no corners: a bed gives way to a point.
         """
@@ -278,7 +288,8 @@ class ScenarioModel(InputSection):
             ObstaclePoint(side.obstacle, x, y, 0.0, side.stiffness, corner=True)
             for side in self.sides
             if not side.bedding
-            for x, y in side.ends
+            for is_corner, (x, y) in zip(side.corners, side.ends, strict=False)
+            if is_corner
         ]
         pegs = [
             ObstaclePoint(number, *item.origin, item.radius, item.stiffness, corner=False)

@@ -16,6 +16,11 @@ class Side(NamedTuple):
     extent: tuple[float, ...]  # m along the side from `origin`, (first, last); () is unbounded
     stiffness: float  # N/m, of an elastic stop
     bedding: float = 0.0  # N/m^2, in place of the stiffness
+    corners: tuple[bool, bool] = (True, True)  # whether its beginning and its end are corners that are its own
+    reach: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # m, how far it goes on into the solid before its beginning, behind its end
 
     @property
     def offsets(self) -> tuple[float, float]:
@@ -35,11 +40,14 @@ class Side(NamedTuple):
         return cmath.exp(-1j * self.angle) * z - (along + 1j * height)
 
     def lengthened(self, cell: tuple[float, float]) -> Side:
-        """Return the side, longer by a cell that reaches along it from a place (m before it, m after it)."""
+        """Return the side, longer by a cell that reaches along it from a place (m before it, m after it).
+
+        And by its reach into the solid.
+        """
         if not self.extent:
             return self
-        (before, after), (first, last) = cell, self.extent
-        return self._replace(extent=(first - after, last + before))
+        (before, after), (first, last), (back, on) = cell, self.extent, self.reach
+        return self._replace(extent=(first - after - back, last + before + on))
 
     def is_beside(self, along: float) -> bool:
         """Return whether a place along the side (m from `origin`) lies between its ends."""

@@ -21,6 +21,7 @@ from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.model import ScenarioModel
+from oblique_impact.scenario.polylines import take_points
 from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES
 from oblique_impact.scenario.toml import apply_change, drop_key, flat_keys, parse_toml, set_key
@@ -126,6 +127,7 @@ class Scenario(ScenarioModel):
         try:
             if folder is not None:
                 take_mesh(data, Path() if "discretization.mesh" in changed else folder)
+                take_points(data, folder, changed)
             if resolved or not is_own:
                 _drop_without_effect(data, changed)
             return cls.from_dict(data)

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
     Field,
     PlainSerializer,
     PlainValidator,
@@ -24,6 +25,7 @@ from pydantic import (
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.obstacles import Side
+from oblique_impact.scenario.polylines import MAX_POINTS, Outline, Pairs, check_points, outline_of
 from oblique_impact.scenario.section import InputSection, key
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, at_x, size_conflict, value_at
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
@@ -50,6 +52,29 @@ def _first_and_last(extent: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Extent = Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False), AfterValidator(_first_and_last)]
+
+
+def _no_path(points: Any) -> Any:
+    if isinstance(points, str):
+        raise ValueError("a list of points [x, y]; a file of them is read with a scenario file or by --set")
+    return points
+
+
+def _outline(points: Pairs) -> Pairs:
+    if points:
+        check_points(points)
+    return points
+
+
+_POINT = {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number"}}
+Points = Annotated[
+    tuple[Pair, ...],
+    Field(strict=False),
+    AfterValidator(_outline),
+    WithJsonSchema({"anyOf": [{"type": "array", "items": _POINT, "maxItems": MAX_POINTS}, {"type": "string"}]}),
+    Unit("m"),
+    BeforeValidator(_no_path),
+]
 
 
 class CrossSection(InputSection):
@@ -372,17 +397,30 @@ class SlopeSection(InputSection):
 
 
 class ObstacleSection(InputSection):
-    """An obstacle besides the slope: a straight side, with or without ends, or a point; any number of them."""
+    """An obstacle besides the slope: a straight side, with or without ends, a point, or an outline; any number."""
 
     followers = frozenset({"stiffness"})
 
-    kind: Literal["side", "point"] = key(
-        "side", "a straight side, solid on its right as the slope is, or a point (a corner or a peg)"
+    kind: Literal["side", "point", "polyline"] = key(
+        "side",
+        "a straight side, solid on its right as the slope is, a point (a corner or a peg), or an outline of "
+        "straight sides through `points`",
     )
     origin: Annotated[Pair, Unit("m")] = key(
-        (0.0, 0.0), "a place on the side, or the centre of the point, [x, y] from the axis of the root"
+        (0.0, 0.0),
+        "a place on the side, the centre of the point, or where [0, 0] of an outline is, [x, y] from the axis of "
+        "the root",
     )
-    angle: Angle = key(0.0, "inclination of the side from the horizontal; pi turns its solid up")
+    angle: Angle = key(
+        0.0,
+        "inclination of the side from the horizontal; pi turns its solid up. An outline is turned by it about "
+        "`origin`",
+    )
+    points: Points = key(
+        (),
+        "points of the outline, [[x, y], ...], solid on its right; it is the whole solid, clockwise, if the last "
+        "point is the first. A text is a file of them beside the scenario file, two columns x,y in m (`lay.csv`)",
+    )
     extent: Extent = key(
         (),
         "ends of the side, [first, last] along it from `origin`; [] is unbounded. Each end is a "
@@ -397,6 +435,16 @@ class ObstacleSection(InputSection):
         "stiffness of a bed over the length of the side, in place of `stiffness`. Each place of `contact.grid` "
         "bears on as much of it as lies under its own part of the beam; the ends of the side are no corners then",
     )
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield points that an outline lacks."""
+        if self.kind == "polyline" and not self.points:
+            yield "points", 'should be at least two points [x, y] with kind = "polyline"'
+
+    @property
+    def outline(self) -> Outline | None:
+        """The outline of a polyline, where it lies."""
+        return outline_of(self.points, self.origin, self.angle) if self.kind == "polyline" else None
 
 
 class ContactSection(InputSection):

@@ -26,6 +26,7 @@ _COLLISIONS: dict[str, tuple[float, ...]] = {
     "gap": (0.059, 0.201, 0.543, 0.749, 0.942),
     "many-modes": (0.317, 0.700),
     "mid-span": (0.333, 0.608),
+    "reed": (0.014,),
     "rigid-limit": (0.174, 0.345, 0.377),
     "shaken": (0.143,),
     "slap": (0.375,),

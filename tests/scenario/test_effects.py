@@ -26,6 +26,7 @@ STEPS = "solver.free_step=1e-5 solver.contact_step=1e-5"
 FEM = "discretization.method=fem discretization.elements=8"
 DRIVEN = "root.kind=driven initial.angular_velocity=0"
 PEG = "{kind='point',origin=[0.6,0.3002],radius=0.005}"
+OUTLINE = "{kind='polyline',points=[[0.4,0.05],[0.8,0.1],[1.2,0.0]]}"
 TABLE = "{origin=[0.0,-0.001],angle=0.471,extent=[0.0,0.8]}"
 ANYWHERE = f"contact.where=anywhere contact.grid=4 slope.enabled=false contact.friction=frictionless {SPRING}"
 
@@ -55,6 +56,7 @@ CASES = {
     "pegs": f"{FALL} contact.where=anywhere slope.enabled=false {SMOOTH} obstacles=[{PEG}]",
     "anywhere": f"{FALL} {ANYWHERE} obstacles=[{PEG},{TABLE}]",
     "bed": f"{FALL} {ANYWHERE} obstacles=[{{bedding=1e5,{TABLE[1:]}]",
+    "outline": f"{FALL} obstacles=[{OUTLINE}] contact.where=anywhere contact.grid=2 slope.enabled=false {SMOOTH}",
     "table": f"{FALL} obstacles=[{TABLE}] contact.where=anywhere contact.grid=2 slope.enabled=false {SMOOTH}",
     "time-stepping": f"{START} contact.where=anywhere contact.grid=4 solver.scheme=time-stepping {STEPS}",
     "loaded": f"{START} {SMOOTH} masses=[{{mass=0.1}}] forces=[{{force=2,frequency=100}},{{table=[[0,1],[1,2]]}}]",
@@ -158,6 +160,7 @@ ACTS = {
     "obstacles.1.radius": ("anywhere", "0.0051"),
     "obstacles.1.stiffness": ("anywhere", "2e6"),
     "obstacles.2.bedding": ("anywhere", "1e5"),
+    "obstacles.1.points": ("outline", "[[0.4,0.05],[0.8,0.1],[1.2,0.02]]"),
     "discretization.method": ("smooth", "fem"),
     "discretization.frame": ("exact", "mean-axis"),
     "discretization.kinetics": ("smooth", "full"),
@@ -225,6 +228,9 @@ IDLE = [
     ("pegs", "obstacles.1.angle", "0.1"),
     ("pegs", "obstacles.1.extent", "[0,1]"),
     ("pegs", "obstacles.1.bedding", "1e5"),
+    ("pegs", "obstacles.1.points", "[[0.2,-1],[0.8,-1]]"),
+    ("outline", "obstacles.1.extent", "[0,0.1]"),
+    ("outline", "obstacles.1.radius", "0.1"),
     ("bed", "obstacles.1.stiffness", "1e5"),
     ("bed", "obstacles.1.radius", "0.1"),
     ("smooth", "discretization.elements", "8"),

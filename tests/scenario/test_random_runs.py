@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import History, InputError, Outcome, Scenario, simulate
+from oblique_impact.beam.beam import contact_places
 from oblique_impact.contact.state import State
 
 LENGTH, HALF_DEPTH, SPEED = 1.0, 0.01, 4.0  # m, m, rad/s
@@ -155,6 +156,16 @@ def place_obstacles(given: dict[str, Any], where: str, bed: bool, rng: np.random
         found = {"origin": pair(middle), "angle": angle + tilt, "extent": [-half, half]}
         return found | ({"bedding": 1e6} if bed else {})
 
+    def outline() -> dict[str, Any]:
+        """A solid with a hump, a hollow behind it and a step, turned with the beam."""
+        reach, deep = rng.uniform(0.45, 0.7), 0.0 if bed else 0.03  # a bed has no corners
+        upper = [(0.0, 0.02), (0.06, 0.0), (0.1, 0.004), (0.2, 0.002), (0.2, deep), (0.6, deep)]
+        points = [pair((x - 1j * y) * np.exp(1j * rng.uniform(-0.01, 0.01))) for x, y in upper]
+        lower = [[0.65, -0.1], [-0.05, -0.1]]
+        closed = [*points, *lower, points[0]] if rng.random() < 0.5 else points
+        found = {"kind": "polyline", "points": closed, "origin": pair(below(reach)), "angle": angle}
+        return found | ({"bedding": 1e6} if bed else {})
+
     if where in ("point", "point inside", "slope with an end", "slope"):
         x, tilt = contact.get("point", LENGTH), rng.uniform(0.05, 0.5)
         # its fibre is nearest along the normal of the slope
@@ -164,11 +175,14 @@ def place_obstacles(given: dict[str, Any], where: str, bed: bool, rng: np.random
             given["slope"]["extent"] = [-0.5, 1e-4]
         return
     given["slope"] = {"enabled": False}
+    if where == "outline":
+        contact["grid"] = 4
     obstacles = {
         "side": lambda: [side(0.7)],
         "peg": lambda: [peg(rng.uniform(0.3, 0.95))],
         "two pegs": lambda: [peg(0.4), peg(0.8)],
         "peg and side": lambda: [peg(0.4), side(0.8)],
+        "outline": lambda: [outline()],
     }
     given["obstacles"] = obstacles[where]()
 
@@ -189,6 +203,8 @@ def drawn(case: int, rng: np.random.Generator) -> tuple[dict[str, str], dict[str
     if model == "exact" and of_root.random() < 0.6:
         choices["root"] = str(of_root.choice(list(ROOTS_OF_EXACT)))
         given["root"] = dict(ROOTS_OF_EXACT[choices["root"]])
+    if "side" in choices["where"] and np.random.default_rng([53, case]).random() < 0.4:
+        choices["where"] = "outline"
     if choices["root"] == "free":  # it moves as on a pin
         middle = 0.5 * LENGTH * np.exp(1j * given["initial"]["angle"])
         given["initial"] |= {"position": pair(middle), "velocity": pair(-1j * SPEED * middle)}
@@ -247,11 +263,10 @@ def method_of(history: History) -> str:
 def gaps_of_places(history: History) -> np.ndarray:
     """Gaps (samples, contacts) in m where a contact is possible: a place beyond the ends of a side has none."""
     s, gaps, along = history.scenario, history["contact_gap"].values.copy(), history["contact_slip"].values
-    for i, obstacle in enumerate(history["contact_obstacle"].values):
-        of = s.obstacles[obstacle - 1] if obstacle else s.slope
-        on_side = np.ptp(history["contact_place"].values[:, i]) == 0.0
-        if on_side and of.extent:
-            gaps[(along[:, i] < of.extent[0]) | (along[:, i] > of.extent[1]), i] = np.inf
+    for i, place in enumerate(contact_places(s)):
+        if place.on_side and place.extent:
+            beside = (along[:, i] < place.extent[0]) | (along[:, i] > place.extent[1])
+            gaps[beside | place.behind, i] = np.inf
     return gaps
 
 
@@ -357,5 +372,5 @@ def test_every_choice_is_drawn():
     drawings = [allowed(case) for case in range(40, 340)]
     seen = {(feature, choice) for choices, *_ in drawings for feature, choice in choices.items()}
     assert {(feature, choice) for feature, options in FEATURES.items() for choice in options} <= seen
-    assert {("root", choice) for choice in ROOTS_OF_EXACT} <= seen
+    assert {("where", "outline"), *(("root", choice) for choice in ROOTS_OF_EXACT)} <= seen
     assert sum(refused for *_, refused in drawings) < 14 * len(drawings)
