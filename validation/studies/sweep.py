@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from pathlib import Path
@@ -18,8 +19,22 @@ from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
 from oblique_impact.validation.studies.parallel import check_limits
-from oblique_impact.validation.studies.study import FAILURES, reasons, run_study, same_warnings
+from oblique_impact.validation.studies.periodic import bracket_jump
+from oblique_impact.validation.studies.quantities import VARIABLES
+from oblique_impact.validation.studies.study import (
+    FAILURES,
+    LARGEST,
+    LEAST,
+    motion_state,
+    reasons,
+    run_study,
+    same_warnings,
+)
 
+#: a jump is sought where the range changes by so much of itself, or the beam begins or ceases to touch
+_SUSPECT = 0.5
+#: columns of the table of jumps
+_ENDS = "last before", "first behind", "change of range"
 #: distinct warnings that are shown at most
 _SHOWN = 5
 _KINDS = {outcome.label: "partly" for outcome in Outcome} | dict.fromkeys(FAILURES, "fail")
@@ -90,12 +105,53 @@ def sweep(
         )
         save_text(folder / "scenario.toml", plan.base.to_toml())
         save_text(folder / "sweep.toml", plan.to_toml())
-        result = _result(plan, frame, time.monotonic() - started)
+        found = jumps(plan, frame) if plan.file.periodic else pd.DataFrame()
+        result = _result(plan, frame, found, time.monotonic() - started)
         result.save(folder)
     return result
 
 
-def _result(plan: Plan, frame: pd.DataFrame, seconds: float) -> Result:
+def jumps(plan: Plan, frame: pd.DataFrame) -> pd.DataFrame:
+    """Bracket the values of the last axis at which a steady response jumps, to 1e-3 of the value, by bisection.
+
+    Returns a row for each jump: the values of the other axes, the direction, the last value before the jump and
+    the first one behind it, and the change of the range of the sampled variable over a period.
+    """
+    *others, last = plan.directions
+    periodic, rows = plan.file.periodic, list[dict[str, object]]()
+    continuous = pd.api.types.is_float_dtype(frame[last.names[0]]) and not last.whole
+    if periodic is None or not continuous:
+        return pd.DataFrame()
+    touching = frame["events"].to_numpy() > 0
+    swings = (frame[LARGEST] - frame[LEAST]).to_numpy(float)
+    for n, run in enumerate(plan.runs):
+        change, larger = swings[n] - swings[n - 1], max(swings[n], swings[n - 1])
+        jumps_wide = abs(change) > _SUSPECT * larger or touching[n] != touching[n - 1]
+        if not (run.continued and math.isfinite(change) and jumps_wide) or run.scenario is None:
+            continue
+        state = motion_state(frame.iloc[n - 1].to_dict())
+        ends = tuple(float(frame[last.names[0]].iloc[k]) for k in (n - 1, n))
+        assert state is not None
+
+        def at(value: float, scenario: Scenario = run.scenario) -> Scenario:
+            return scenario.replace(**{name.replace(".", "__"): value for name in last.names})
+
+        try:
+            found = bracket_jump(at, (ends[0], ends[1]), state, periodic)
+        except InputError:  # a value in between that is not possible
+            continue
+        if found:
+            fixed = {key: frame[key].iloc[n] for direction in others for key in direction.names}
+            rows.append({**fixed, "direction": run.labels["direction"], **dict(zip(_ENDS, found, strict=True))})
+    table = pd.DataFrame(rows).rename_axis("jump")
+    unit = VARIABLES[periodic.sample][0]
+    table.attrs["units"] = {key: d.unit for d in others for key in d.names} | dict(
+        zip(_ENDS, (last.unit, last.unit, unit), strict=True)
+    )
+    return table
+
+
+def _result(plan: Plan, frame: pd.DataFrame, found: pd.DataFrame, seconds: float) -> Result:
     """Return what a sweep has found."""
     name, count = Path(plan.file.scenario).name, len(frame)
     warnings = same_warnings(zip(frame["run"].map(str), frame["warnings"], strict=True))
@@ -107,6 +163,8 @@ def _result(plan: Plan, frame: pd.DataFrame, seconds: float) -> Result:
         remarks.append(f"and {counted(len(warnings) - _SHOWN, 'other warning')}, in the column warnings")
     columns = {key: Column(key, code=True) for key in plan.runs[0].labels}
     columns |= {q.name: Column(q.name, 5) for q in plan.quantities}
+    if "period" in columns:
+        columns["period"] = Column("period", instead=lambda row: "none" if row["period"] == 0.0 else "")
     return Result(
         plan.file.title or f"Parameter study of {name}",
         plan.file.description or f"The scenario {name} with other values of some parameters.",
@@ -120,8 +178,15 @@ def _result(plan: Plan, frame: pd.DataFrame, seconds: float) -> Result:
         scenarios={name: plan.base},
         facts=[("scenario", name)],
         seconds=seconds,
-        overview=lambda _: [*_descriptions(plan, frame), *sweep_pictures(plan, frame)],
+        tables={"jumps": found} if plan.file.periodic else {},
+        overview=lambda _: [*_descriptions(plan, frame), *_jump_table(found), *sweep_pictures(plan, frame, found)],
     )
+
+
+def _jump_table(found: pd.DataFrame) -> list[Block]:
+    """Return the table of jumps, if there are any."""
+    caption = "Where the response jumps: bracketed by bisection, each value from the last state before the jump."
+    return [Table.of_frame(found.reset_index(drop=True), caption)] if len(found) else []
 
 
 def _clear(values: pd.Series[float]) -> pd.Series[float]:
