@@ -166,6 +166,18 @@ def test_the_way_up_and_the_way_down_part_where_two_motions_exist(result):
     assert "svg" in (folder / "report.html").read_text(encoding="utf-8")
 
 
+def test_basins_of_a_few_starts(tmp_path):
+    """At 16 Hz, where there are two motions, each of which some of nine starts come to."""
+    text = SWEEP.replace("tolerance = 1e-4", "tolerance = 1e-4\nstarts = 3")
+    sweep(make_plan(text), tmp_path, workers=1)
+    table = pd.read_csv(tmp_path / "basins.csv")
+    assert len(table) == 9
+    assert set(table["way"]) == {"up", "down"}
+    assert "Starts at 16 Hz" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    with refused_in_one_line("starts"):
+        make_plan(text.replace("[periodic]", '[periodic]\ndirections = ["up"]'))
+
+
 def test_a_sweep_of_steady_states_goes_on_where_it_was_interrupted(result):
     """Runs that are there are kept; those after a run that is repeated still go on from its end."""
     folder, _ = result

@@ -275,6 +275,29 @@ def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis], jumps: pd
             yield drawn
 
 
+def basin_pictures(plan: Plan, table: pd.DataFrame) -> list[Picture]:
+    """Return the picture of the starts that come to the states of the ways up and down, if there are any."""
+    if table.empty or plan.file.periodic is None:
+        return []
+    sample, last = plan.file.periodic.sample, plan.directions[-1]
+    unit = VARIABLES[sample][0]
+    factor, prefix = unit_for([table["value"].to_numpy(float)]) if shown_unit(unit) else (1.0, "")
+    at = f"{number(table.attrs['at'], 4)} {shown_unit(last.unit)}".strip()
+    words = f"Starts at {at}, by the motion that they come to; stars are the two motions at a whole period."
+    with picture(words, 0.75 * FULL, 3.8) as drawn:
+        axes = drawn.figure.subplots()
+        for way, style in _WAYS.items():
+            on, (value, rate) = table[table["way"] == way], table.attrs["states"][way]
+            label, colour = f"to that of the way {way}", style["color"]
+            axes.plot(on["value"] / factor, on["rate"], "s", ms=7.0, mew=0.0, color=colour, label=label)
+            axes.plot(value / factor, rate, "*", ms=14.0, color=colour, mec="black", mew=0.8)
+        axes.set_xlabel(with_unit(sample.replace("_", " "), prefix + unit))
+        axes.set_ylabel(with_unit("rate", f"{unit}/s" if shown_unit(unit) else "1/s"))
+        axes.grid(visible=False)
+        drawn.figure.legend(loc="outside lower center", ncols=2)
+    return [drawn]
+
+
 def _chosen(frame: pd.DataFrame) -> list[int]:
     """Return the rows of up to three steady states: of one period, of several, of none; of each the widest."""
     found = frame[frame[SAMPLES] != ""]

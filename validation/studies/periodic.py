@@ -75,7 +75,8 @@ class PeriodicSection(InputSection):
     of the beam is farther from where it was, and no velocity, than `tolerance` of the largest ones.  The default
     lies far above the error of the event scheme, about 1e-8 a period; and where a motion settles by 6 % a period,
     as with 1 % of critical damping, 1.6e-4 of it is still to come then, less than the width of a line in a
-    diagram.  `sample` is the variable over time that is kept at whole periods.
+    diagram.  `sample` is the variable over time that is kept at whole periods.  Where the ways up and
+    down differ most, `starts` times `starts` states around their two are followed, to see to which each comes.
     """
 
     directions: Annotated[tuple[Literal["up", "down"], ...], Field(strict=False, min_length=1, max_length=2)] = (
@@ -86,6 +87,7 @@ class PeriodicSection(InputSection):
     transient: Annotated[int, Field(ge=1, le=100_000)] = 400
     tolerance: Annotated[float, Field(gt=0.0, lt=1.0)] = 1e-5
     sample: str = "deflection"
+    starts: Annotated[int, Field(ge=0, le=40)] = 0
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
         """Yield a direction that is given twice, and a sample that is no variable over time."""
@@ -93,6 +95,8 @@ class PeriodicSection(InputSection):
             yield "directions", "each once"
         if self.sample not in VARIABLES or self.sample == "energy":
             yield "sample", one_of(self.sample, [name for name in VARIABLES if name != "energy"])
+        if self.starts and len(self.directions) < 2:
+            yield "starts", "needs both directions, between whose states the starts lie"
         if self.transient < 2 * self.longest:
             yield "transient", f"should be at least {2 * self.longest}, twice the longest period, to see it repeat"
 

@@ -208,7 +208,7 @@ def _each(
             yield from zip(pieces[place], results, strict=True)
 
 
-def motion_state(row: Mapping[str, Any]) -> MotionState | None:
+def motion_state(row: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the state in which a run has ended; None if it failed."""
     if not row.get(STATE):
         return None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import math
 import os
 import time
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from oblique_impact.errors import InputError, Outcome
@@ -17,14 +20,15 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import Block, Cell, Column, Table, cell, shown_unit
 from oblique_impact.validation.result import Result
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
-from oblique_impact.validation.studies.maps import sweep_pictures
+from oblique_impact.validation.studies.maps import basin_pictures, sweep_pictures
 from oblique_impact.validation.studies.parallel import check_limits
-from oblique_impact.validation.studies.periodic import bracket_jump
+from oblique_impact.validation.studies.periodic import bracket_jump, steady_state
 from oblique_impact.validation.studies.quantities import VARIABLES
 from oblique_impact.validation.studies.study import (
     FAILURES,
     LARGEST,
     LEAST,
+    SECTION,
     motion_state,
     reasons,
     run_study,
@@ -105,8 +109,8 @@ def sweep(
         )
         save_text(folder / "scenario.toml", plan.base.to_toml())
         save_text(folder / "sweep.toml", plan.to_toml())
-        found = jumps(plan, frame) if plan.file.periodic else pd.DataFrame()
-        result = _result(plan, frame, found, time.monotonic() - started)
+        tables = {"jumps": jumps(plan, frame), "basins": basins(plan, frame)} if plan.file.periodic else {}
+        result = _result(plan, frame, tables, time.monotonic() - started)
         result.save(folder)
     return result
 
@@ -151,7 +155,51 @@ def jumps(plan: Plan, frame: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def _result(plan: Plan, frame: pd.DataFrame, found: pd.DataFrame, seconds: float) -> Result:
+def basins(plan: Plan, frame: pd.DataFrame) -> pd.DataFrame:
+    """Follow starts around the two states of the run at which the ways up and down differ most.
+
+    Coordinates and velocities of a start lie, each for itself, on the straight line through those of the two
+    states, up to half of their distance beyond them: a grid of the sampled variable and its rate.  Returns a row
+    for each start: these two (SI units), the period, and the way to whose response it comes, by the range over a
+    period.
+    """
+    periodic, key = plan.file.periodic, plan.directions[-1].names[0]
+    if periodic is None or not periodic.starts:
+        return pd.DataFrame()
+    columns = [name for direction in plan.directions for name in direction.names]
+    ways = [frame[frame["direction"] == way].set_index(columns) for way in ("down", "up")]
+    ranges = [way[LARGEST] - way[LEAST] for way in ways]
+    apart = (ranges[1] - ranges[0]).abs()
+    if not apart.notna().any():
+        return pd.DataFrame()
+    place = apart.idxmax()
+    low, high = (way.loc[place] for way in ways)
+    first, second = motion_state(low.to_dict()), motion_state(high.to_dict())
+    points = [json.loads(row[SECTION])[-1] for row in (low, high)]
+    scenario = plan.runs[int(low["run"]) - 1].scenario
+    assert scenario is not None
+    assert first is not None
+    assert second is not None
+    rows, parts = list[dict[str, object]](), np.linspace(-0.5, 1.5, periodic.starts)
+    for place_part, rate_part in itertools.product(parts, parts):
+        shares = (place_part, rate_part)
+        start = [a + share * (b - a) for share, a, b in zip(shares, first, second, strict=True)]
+        value = [a + share * (b - a) for share, a, b in zip(shares, *points, strict=True)]
+        try:
+            found = steady_state(scenario, (start[0], start[1]), periodic).summary.get("periodic")
+        except InputError:  # inside of a rigid stop
+            continue
+        if found:
+            reached = found["largest"] - found["least"]
+            near = [abs(reached - (row[LARGEST] - row[LEAST])) for row in (low, high)]
+            way = ("down", "up")[int(np.argmin(near))]
+            rows.append({"value": value[0], "rate": value[1], "period": found["period"] or 0, "way": way})
+    table = pd.DataFrame(rows).rename_axis("start")
+    table.attrs = {"at": float(scenario.value_of(key)), "states": dict(zip(("down", "up"), points, strict=True))}
+    return table
+
+
+def _result(plan: Plan, frame: pd.DataFrame, tables: dict[str, pd.DataFrame], seconds: float) -> Result:
     """Return what a sweep has found."""
     name, count = Path(plan.file.scenario).name, len(frame)
     warnings = same_warnings(zip(frame["run"].map(str), frame["warnings"], strict=True))
@@ -178,13 +226,19 @@ def _result(plan: Plan, frame: pd.DataFrame, found: pd.DataFrame, seconds: float
         scenarios={name: plan.base},
         facts=[("scenario", name)],
         seconds=seconds,
-        tables={"jumps": found} if plan.file.periodic else {},
-        overview=lambda _: [*_descriptions(plan, frame), *_jump_table(found), *sweep_pictures(plan, frame, found)],
+        tables={name: table for name, table in tables.items() if name != "basins" or len(table)},
+        overview=lambda _: [
+            *_descriptions(plan, frame),
+            *_jump_table(tables),
+            *sweep_pictures(plan, frame, tables.get("jumps")),
+            *basin_pictures(plan, tables.get("basins", pd.DataFrame())),
+        ],
     )
 
 
-def _jump_table(found: pd.DataFrame) -> list[Block]:
+def _jump_table(tables: dict[str, pd.DataFrame]) -> list[Block]:
     """Return the table of jumps, if there are any."""
+    found = tables.get("jumps", pd.DataFrame())
     caption = "Where the response jumps: bracketed by bisection, each value from the last state before the jump."
     return [Table.of_frame(found.reset_index(drop=True), caption)] if len(found) else []
 
