@@ -1,7 +1,7 @@
-"""Steady response of a beam on a harmonically shaken base: period, impacts per period, stroboscopic samples.
+"""Steady response of a beam to a harmonic base or force: period, impacts per period, stroboscopic samples.
 
-The state of the beam at a whole period of the base is a map of the state one period before.  A run is marched from
-period to period until these stroboscopic samples repeat; what is measured is the history of the periods after
+The state of the beam at a whole period of what drives it is a map of the state one period before.  A run is marched
+from period to period until these stroboscopic samples repeat; what is measured is the history of the periods after
 them.
 """
 
@@ -67,7 +67,7 @@ MotionState = History | tuple[np.ndarray, np.ndarray]
 
 
 class PeriodicSection(InputSection):
-    """How a steady state is sought, and continued along the last axis of a sweep; periods are those of the base.
+    """How a steady state is sought, and continued along the last axis of a sweep; periods are those of the drive.
 
     `directions` of the sweep: "up" begins with the first value of that axis and takes each next one from the state
     in which the one before has ended, "down" begins with the last.  `longest` is the longest period that is
@@ -144,7 +144,7 @@ def periodic_response(
     out: str | os.PathLike[str] | None = None,
     on_progress: Callable[[Status], None] | None = None,
 ) -> Result:
-    """Find the steady response of a beam on a shaken base.
+    """Find the steady response of a beam to a harmonic base or force.
 
     Parameters
     ----------
@@ -234,12 +234,12 @@ def steady_state(
     settings: PeriodicSection = PeriodicSection(),
     on_progress: Callable[[Status], None] | None = None,
 ) -> History:
-    """Let a beam on a shaken base settle, and return the history of one period of its response.
+    """Let a beam under a harmonic base or force settle, and return the history of one period of its response.
 
     Parameters
     ----------
     scenario : Scenario
-        With a harmonic base; its `end_time` does not matter.
+        With a harmonic base or force; its `end_time` does not matter.
     initial_state : History or pair of ndarray, optional
         As for :func:`~oblique_impact.simulation.simulate`, at the phase of t = 0: the last state of another
         response continues it.
@@ -251,16 +251,18 @@ def steady_state(
     Returns
     -------
     History
-        The steady state from t = 0 over a whole number of periods of the base: one period of the response, or 32
-        of a response that does not repeat.  ``summary["periodic"]`` holds `period` (of the response, 0: none up to
-        `longest`), `transient` (periods before), `measured` (periods of the history), `impacts_per_period`
-        (contacts that begin, per period of the base) and `samples` (of the variable `sample` at the last
-        `measured` whole periods, SI units).  It is missing where a run has ended early, which `outcome` names.
+        The steady state from t = 0 over a whole number of periods of the drive: one period of the response, or 32
+        of a response that does not repeat.  ``summary["periodic"]`` holds `period` (of the response, None: none up
+        to `longest`), `transient` (periods before), `measured` (periods of the history), `drive_period` (s),
+        `impacts_per_period` (contacts that begin, per period of the drive), and of the variable `sample`, in SI
+        units, `least` and `largest`, `samples` at the last `measured` whole periods, `section` (value and rate at
+        whole periods), `spectrum` (mean, and amplitudes at multiples of 1/(`measured` periods)).  It is missing
+        where a run has ended early, which `outcome` names.
 
     Raises
     ------
     InputError
-        In one line, for a scenario whose base is not harmonic, or as :func:`~oblique_impact.simulation.simulate`.
+        In one line, for a scenario whose drive has no period, or as :func:`~oblique_impact.simulation.simulate`.
     """
     period, count = drive_period(scenario), 2 * settings.longest
     settling = scenario.replace(end_time=count * period, solver__output_interval=period / _PER_PERIOD)
