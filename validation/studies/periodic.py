@@ -1,8 +1,8 @@
 """Steady response of a beam to a harmonic base or force: period, impacts per period, stroboscopic samples.
 
-The state of the beam at a whole period of what drives it is a map of the state one period before.  A run is marched
-from period to period until these stroboscopic samples repeat; what is measured is the history of the periods after
-them.
+The state of the beam at a whole period of what drives it is a map of the state one period before.  A run is
+marched from period to period until these stroboscopic samples repeat; what is measured is the history of the
+periods after them.
 """
 
 from __future__ import annotations
