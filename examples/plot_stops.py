@@ -29,7 +29,7 @@ columns = {"one stop": kept[~kept["slope.enabled"]], "stops on both sides": kept
 # striking until it falls off, at 18 Hz from one stop and at 22 Hz from two; on the way down it does not touch
 # until 16 Hz. Between these jumps two motions exist side by side, and the larger one has up to 13 times the
 # stress. A motion that takes several periods of the base has as many samples, one that does not repeat a cloud of
-# them, and the period 0.
+# them, and no period.
 
 with figure_style():
     figure = Figure(figsize=(7.2, 7.2), layout="constrained")

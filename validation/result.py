@@ -144,7 +144,7 @@ class Result:
 
     def data(self) -> dict[str, Any]:
         """Return everything as results.json has it, the same from run to run."""
-        tables = {self.rows: self.frame, **self.tables}
+        tables = {self.rows: self._said(None), **self.tables}
         return {
             "title": self.title,
             **{name.replace(" ", "_"): _with_index(table) for name, table in tables.items()},
@@ -165,7 +165,7 @@ class Result:
         if path.suffix in (".html", ".json"):
             prepare_folder(path.parent)
             return save_text(path, self.report().html() if path.suffix == ".html" else _json(self.data()))
-        texts = {"results.json": _json(self.data()), "results.csv": _csv(self.frame)}
+        texts = {"results.json": _json(self.data()), "results.csv": _csv(self._said("none"))}
         texts |= {f"{name.replace(' ', '-')}.csv": _csv(table) for name, table in self.tables.items()}
         save_all(path, texts | {"report.html": self.report().html()})
         return path
@@ -180,6 +180,17 @@ class Result:
 
     def _of_kinds(self, *kinds: str) -> pd.DataFrame:
         return self.frame[self.frame[self.verdict].map(self.kinds).isin(kinds)]
+
+    def _said(self, nothing: str | None) -> pd.DataFrame:
+        """Return the frame with `nothing` in place of the values for which a column has another word."""
+        frame = self.frame
+        for name, column in self.columns.items():
+            rows = frame.reset_index() if frame.index.name else frame
+            words = [column.instead(row) for row in rows.to_dict("records")]
+            if any(words):
+                values = [nothing if word else value for word, value in zip(words, frame[name], strict=True)]
+                frame = frame.assign(**{name: pd.Series(values, index=frame.index, dtype=object)})
+        return frame
 
     def _shown(self) -> tuple[pd.DataFrame, list[str]]:
         """Return the rows that are shown, and a sentence about the others."""

@@ -13,9 +13,9 @@ from oblique_impact import InputError, Outcome, Scenario, simulate
 from oblique_impact.validation import PeriodicSection, periodic_response, sweep
 from oblique_impact.validation.studies.design import make_plan
 from oblique_impact.validation.studies.maps import draw_responses
-from oblique_impact.validation.studies.periodic import steady_state
+from oblique_impact.validation.studies.periodic import drive_period, steady_state
 from oblique_impact.validation.studies.quantities import not_determined
-from oblique_impact.validation.studies.study import TABLE
+from oblique_impact.validation.studies.study import TABLE, motion_state
 from tests.refusals import refused_in_one_line
 
 STRIP = Scenario.builtin("shaken", ["discretization.modes=2", "solver.output_interval=2e-3"])
@@ -83,12 +83,70 @@ def test_contacts_on_a_shaken_base_are_counted_by_its_periods():
     assert not any("magnifies" in warning for warning in history.summary["warnings"])
 
 
-def test_a_motion_that_has_not_settled_in_time_has_no_period():
-    result = periodic_response(STRIP.replace(base__frequency=20.0), settings=PeriodicSection(transient=16))
+def test_a_motion_that_has_not_settled_in_time_has_no_period_everywhere(tmp_path):
+    settings = PeriodicSection(transient=16)
+    result = periodic_response(STRIP.replace(base__frequency=20.0), settings=settings, out=tmp_path)
     assert result.verdicts == {"not periodic": len(result.frame)}
     response = result.histories["response"]
-    assert response.summary["periodic"]["period"] == 0
+    assert response.summary["periodic"]["period"] is None
     assert len(response.summary["periodic"]["samples"]) == 16
+    assert "period,none," in (tmp_path / "results.csv").read_text(encoding="utf-8")
+    (row,) = [
+        row
+        for row in json.loads((tmp_path / "results.json").read_text())["quantities"]
+        if row["quantity"] == "period"
+    ]
+    assert row["value"] is None
+    assert any(line.split()[:2] == ["period", "none"] for line in result.lines())
+    assert ">none<" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_slow_free_vibration_is_skipped():
+    """With 1 % of critical damping it takes 150 periods to decay to 1e-4; the limit is found from sixteen."""
+    slow = STRIP.adapted(beam__kelvin_voigt=0.0, beam__modal_damping_ratio=0.01, contact__enabled=False)
+    settings = PeriodicSection(tolerance=1e-6)
+    history = steady_state(slow.replace(base__frequency=17.0), settings=settings)
+    exact = steady_state(slow.replace(base__frequency=17.0), history, PeriodicSection(tolerance=1e-9))
+    assert history.summary["periodic"]["transient"] <= 48
+    assert history["q"].values[-1] == pytest.approx(exact["q"].values[-1], rel=1e-4)
+
+
+@pytest.mark.parametrize(("frequency", "common"), [(13.0, 13.0), (26.0, 13.0), (19.5, 6.5), (39.0 / 5.0, 2.6)])
+def test_base_and_force_of_two_frequencies_have_the_period_of_both(frequency, common):
+    shaken = STRIP.replace(base__frequency=13.0, forces=[{"force": 1e-3, "frequency": frequency}])
+    assert 1.0 / drive_period(shaken) == pytest.approx(common, rel=1e-12)
+
+
+def test_a_force_alone_has_a_steady_response():
+    """That of a mode without contact: twice the force is twice the swing, in step with it."""
+    pushed = STRIP.adapted(base__acceleration=0.0, contact__enabled=False, gravity=0.0)
+    one, two = (
+        steady_state(
+            pushed.replace(forces=[{"force": force, "frequency": 10.0}]), settings=PeriodicSection(tolerance=1e-7)
+        )
+        for force in (1e-5, 2e-5)
+    )
+    assert one.summary["periodic"]["period"] == 1
+    assert 2.0 * one.summary["periodic"]["largest"] == pytest.approx(two.summary["periodic"]["largest"], rel=1e-4)
+    lines = one.summary["periodic"]["spectrum"]
+    assert lines[1] == pytest.approx(one.summary["periodic"]["largest"], rel=1e-2)
+    assert max(lines[2:]) < 1e-4 * lines[1]
+
+
+def test_the_jump_is_bracketed(result):
+    """On the way up the strip falls off between two of three frequencies; it stays on below, and not above."""
+    folder, frame = result
+    table = pd.read_csv(folder / "jumps.csv")
+    assert set(table["direction"]) == {"up", "down"}
+    for row in table.itertuples():
+        before, behind = row[3], row[4]
+        assert 0.0 < abs(behind - before) < 1e-3 * before
+    up = table[table["direction"] == "up"].iloc[0]
+    assert 16.0 < up["last before"] < up["first behind"] < 17.0
+    assert up["change of range"] < 0.0
+    state = motion_state(frame[(frame["direction"] == "up") & (frame["base.frequency"] == 16.0)].iloc[0])
+    below = steady_state(STRIP.replace(base__frequency=0.5 * (16.0 + up["last before"])), state)
+    assert below.summary["periodic"]["impacts_per_period"] > 0.0
 
 
 def test_the_way_up_and_the_way_down_part_where_two_motions_exist(result):
@@ -106,6 +164,18 @@ def test_the_way_up_and_the_way_down_part_where_two_motions_exist(result):
     called = steady_state(make_plan(SWEEP).runs[4].scenario, state, PeriodicSection(tolerance=1e-4))
     assert called.summary["periodic"]["samples"] == json.loads(row["samples"])
     assert "svg" in (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_basins_of_a_few_starts(tmp_path):
+    """At 16 Hz, where there are two motions, each of which some of nine starts come to."""
+    text = SWEEP.replace("tolerance = 1e-4", "tolerance = 1e-4\nstarts = 3")
+    sweep(make_plan(text), tmp_path, workers=1)
+    table = pd.read_csv(tmp_path / "basins.csv")
+    assert len(table) == 9
+    assert set(table["way"]) == {"up", "down"}
+    assert "Starts at 16 Hz" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    with refused_in_one_line("starts"):
+        make_plan(text.replace("[periodic]", '[periodic]\ndirections = ["up"]'))
 
 
 def test_a_sweep_of_steady_states_goes_on_where_it_was_interrupted(result):
@@ -135,8 +205,10 @@ def test_a_gap_is_an_axis_too(tmp_path):
 
 
 BAD = {
-    "base.sweep_rate": ("changes.base.sweep_rate = 1.0", "needs base.acceleration and base.frequency"),
-    "forces": ("changes.forces = [{force = 1.0, frequency = 3.0}]", "forces.1: periodic response"),
+    "base.sweep_rate": ("changes.base.sweep_rate = 1.0", "should be constant, or harmonic"),
+    "no period in common": ("changes.forces = [{force = 1.0, frequency = 3.14159}]", "no period in common"),
+    "sweep of a force": ("changes.forces = [{force = 1.0, sweep_rate = 3.0}]", "forces.1: periodic response"),
+    "nothing moves": ("changes.base.acceleration = 0.0", "base"),
     "root.profile": ('changes.root = {profile = "constant-speed", spin_rate = 1.0}', "root.profile"),
     "absolute": ('changes.discretization.method = "absolute"', "discretization.method"),
     "not axes alone": ('table = {keys = ["gravity"], rows = [[1.0]]}', "axes"),

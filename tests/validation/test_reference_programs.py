@@ -114,3 +114,29 @@ def test_elastic_contacts_are_what_scipy_computes(compliance, case):
     np.testing.assert_allclose(turns, wanted.get("turns", []), rtol=0, atol=1e-10)
     assert (last[0], last[-1]) == pytest.approx((wanted["angle"], wanted.get("lost", 0.0)), abs=1e-10)
     assert beam.total(last) == pytest.approx(beam.total(beam.start()), abs=1e-11)
+
+
+@pytest.mark.parametrize("drive", ["base", "force"])
+@pytest.mark.parametrize(
+    "frequency", ["3.2", *(pytest.param(value, marks=pytest.mark.slow) for value in ("4.2", "4.4"))]
+)
+def test_deflections_of_a_strip_with_a_clearance_are_what_harmonic_balance_computes(drive, frequency):
+    found = load("reference_harmonic_balance").response(drive, float(frequency))
+    assert found == pytest.approx(VALUES[f"clearance-{drive}"]["deflections"][frequency], abs=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("drive", ["base", "force"])
+def test_the_fold_of_a_strip_with_a_clearance_is_what_harmonic_balance_computes(drive):
+    program = load("reference_harmonic_balance")
+    assert program.fold(drive) == pytest.approx(VALUES[f"clearance-{drive}"]["fold"], rel=1e-5)
+    assert program.returns(VALUES[f"clearance-{drive}"]["none"], program.DRIVES[drive]) > 0.1
+
+
+def test_an_orbit_of_harmonic_balance_is_stable_where_the_strip_comes_to_it():
+    """And on an orbit without impacts its multipliers are those of the damped first mode."""
+    program = load("reference_harmonic_balance")
+    free = program.Balance(*program.DRIVES["base"]).settled(4.7, periods=1)
+    decay = 0.005 * program.RATES[0] / 4.7
+    assert abs(free.multiplier) == pytest.approx(np.exp(-decay), rel=1e-9)
+    assert abs(program.Balance(*program.DRIVES["base"]).settled(3.2).multiplier) < 0.95

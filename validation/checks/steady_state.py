@@ -10,13 +10,15 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.checks.registry import Measurement, checks_of
-from oblique_impact.validation.studies.periodic import PeriodicSection, steady_state
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.studies.periodic import PeriodicSection, bracket_jump, steady_state
 
 check = checks_of("periodic", "Periodic response")
 
@@ -143,3 +145,74 @@ def bouncing_ball() -> Measurement:
     doubling = exact * (1.0 + float(found[np.argmin(np.abs(found))]))
     text = "closed form, as in Luo and Han, Nonlinear Dynamics 10 (1996)"
     return Measurement("acceleration over g at the period doubling", doubling, exact, "1", 5e-6 * exact, text)
+
+
+#: the strip of `benchmarks/reference_harmonic_balance.py`: 0.5 m x 20 mm x 1 mm, with Rayleigh damping of 0.5 % in
+#: its first two modes and a spring of 99 times its own stiffness 1 mm away
+_BENDING, _MASS, _RATIO = 210e9 * 20e-3 * 1e-9 / 12.0, 7800.0 * 20e-6, 0.005  # N m^2, kg/m, -
+
+
+def clearance_strip(drive: str, frequency: float) -> Scenario:
+    """Return that strip under a base of 0.06 m/s^2 or a force of 2 mN at its tip, at a frequency (Hz)."""
+    first, second = (z**2 * math.sqrt(_BENDING / _MASS) / 0.5**2 for z in (_BETA, 4.694091132974175))
+    forces = [{"force": 2e-3, "frequency": frequency}] if drive == "force" else []
+    base = {} if forces else {"acceleration": 0.06, "frequency": frequency, "direction": 0.0}
+    return Scenario.from_dict(
+        {
+            "gravity": 0.0,
+            "beam": {
+                "length": 0.5,
+                "area": 20e-6,
+                "second_moment": 20e-3 * 1e-9 / 12.0,
+                "density": 7800.0,
+                "youngs_modulus": 210e9,
+                "mass_proportional": 2.0 * _RATIO * first * second / (first + second),
+                "kelvin_voigt": 2.0 * _RATIO / (first + second),
+            },
+            "root": {"kind": "driven"},
+            "initial": {"angle": math.pi / 2.0},
+            "base": base,
+            "forces": forces,
+            "slope": {"origin": [1e-3, 0.5], "angle": math.pi / 2.0},
+            "contact": {
+                "normal": "spring",
+                "stiffness": 99.0 * 3.0 * _BENDING / 0.5**3,
+                "friction": "frictionless",
+            },
+            "discretization": {"modes": 10, "kinetics": "zeroth-order"},
+            "solver": {"tolerance": 1e-8, "output_interval": 5e-4},
+        }
+    )
+
+
+@check("A strip with a clearance on one side, on a shaken base: harmonic balance.", seconds=25.0)
+def clearance_base() -> Iterator[Measurement]:
+    """Least and largest deflection where the motion repeats, the fold of the branch, where it has no period."""
+    yield from _harmonic_balance("base")
+
+
+@check("A strip with a clearance on one side, under a force at its tip: harmonic balance.", seconds=25.0)
+def clearance_force() -> Iterator[Measurement]:
+    """As on a shaken base."""
+    yield from _harmonic_balance("force")
+
+
+def _harmonic_balance(drive: str) -> Iterator[Measurement]:
+    value, text, state = VALUES[f"clearance-{drive}"], source(f"clearance-{drive}"), None
+    for frequency in (3.2, 4.2, 4.3, 4.4):  # each from the state of the one before: of two motions the larger one
+        settings = PeriodicSection(tolerance=1e-6, sample="tip_x")
+        state = steady_state(clearance_strip(drive, frequency), state, settings)
+        periodic = state.summary["periodic"]
+        ends = {"least": periodic["least"], "largest": periodic["largest"]}
+        for (name, end), exact in zip(ends.items(), value["deflections"].get(f"{frequency:g}", ()), strict=False):
+            label = f"{name} deflection at {frequency:g} Hz"
+            # the spring's depth of up to 0.15 mm, of which 0.4 % are those of the modes left out
+            yield Measurement(label, 1e3 * end, exact, "mm", 1e-3, text, f"{name}-{frequency:g}")
+    assert state is not None
+    settings = PeriodicSection(tolerance=1e-4, sample="tip_x")
+    jump = bracket_jump(partial(clearance_strip, drive), (4.4, 4.5), state, settings, within=2e-4)
+    found = 0.5 * (jump[0] + jump[1]) if jump else math.nan
+    yield within("frequency of the fold", found, value["fold"], "Hz", 1e-3, text, "fold")
+    history = steady_state(clearance_strip(drive, value["none"]), settings=settings)
+    label = f"period at {value['none']:g} Hz from rest; 0: none up to 8"
+    yield Measurement(label, history.summary["periodic"]["period"] or 0, 0.0, "1", 0.0, text, "none")

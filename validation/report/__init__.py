@@ -30,7 +30,7 @@ import platform
 import re
 import shlex
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -152,10 +152,14 @@ class Column(NamedTuple):
     code: bool = False
     #: whether it is shown in a page alone, not in a terminal
     page: bool = False
+    #: what stands in place of a value in a row, as "none"; "": the value
+    instead: Callable[[Mapping[Any, Any]], str] = lambda row: ""
 
     def cell(self, name: str, row: Mapping[Any, Any], kinds: Mapping[str, str]) -> Cell:
         """Return the cell of the column of this name in a row."""
         value = row[name]
+        if word := self.instead(row):
+            return Cell(word, "dim")
         if isinstance(value, str):
             return Cell(
                 shown_unit(value) if name == "unit" else value, "code" if self.code else kinds.get(value, "")

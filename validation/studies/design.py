@@ -25,7 +25,7 @@ from oblique_impact.scenario.schema import key_schemas, label_of, schema_of, uni
 from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
-from oblique_impact.validation.studies.periodic import PeriodicSection, require_periodic
+from oblique_impact.validation.studies.periodic import PeriodicSection, drive_period
 from oblique_impact.validation.studies.quantities import Quantity, default_quantities, quantity
 from oblique_impact.validation.studies.study import StudyRun
 
@@ -339,7 +339,7 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         try:
             found = base.adapted(values, **changed)
             if file.periodic:
-                require_periodic(found)
+                drive_period(found)
         except InputError as error:
             made.append((values, None, str(error)))
         else:
@@ -353,7 +353,8 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         if all(words):
             raise refused(key, possible[0].value_of(key), words[0])
     default = RESPONSE if file.periodic else default_quantities(possible[0])
-    wanted = tuple(dict.fromkeys(file.quantities or default))
+    # by its period a picture tells steady states apart
+    wanted = tuple(dict.fromkeys([*(file.quantities or default), *(["period"] if file.periodic else [])]))
     longest = max(scenario.end_time for scenario in possible)
     try:
         for name in wanted:

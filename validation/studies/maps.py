@@ -23,8 +23,9 @@ from oblique_impact.renders.panels import unit_for
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import FULL, Block, Picture, number, picture, shown_unit, with_unit
 from oblique_impact.validation.studies.design import AxisSection, Plan
+from oblique_impact.validation.studies.periodic import HARMONICS, drive_period
 from oblique_impact.validation.studies.quantities import VARIABLES, Quantity
-from oblique_impact.validation.studies.study import REGIMES, SAMPLES
+from oblique_impact.validation.studies.study import LARGEST, LEAST, REGIMES, SAMPLES, SECTION, SPECTRUM
 
 #: so many values of the second direction are drawn as curves, more as a map
 _CURVES = 5
@@ -109,11 +110,11 @@ def _moved(column: pd.Series) -> np.ndarray | None:
     return np.asarray(values[:, moving[0]]) if moving.size == 1 else None
 
 
-def sweep_pictures(plan: Plan, frame: pd.DataFrame) -> list[Block]:
-    """Return the pictures of a sweep; none if it has more than two directions."""
+def sweep_pictures(plan: Plan, frame: pd.DataFrame, jumps: pd.DataFrame | None = None) -> list[Block]:
+    """Return the pictures of a sweep, with `jumps` of steady responses; none of more than two directions."""
     axes = [_Axis(direction, frame) for direction in plan.directions]
     if plan.file.periodic:
-        return list(_responses(plan, frame, axes))
+        return list(_responses(plan, frame, axes, pd.DataFrame() if jumps is None else jumps))
     if len(axes) > 2 or len(frame) < 2:
         return []
     if len(axes) == 1:
@@ -247,7 +248,7 @@ def _wrapped(label: str, width: int = _UP) -> str:
     return textwrap.fill(whole, width, break_on_hyphens=False).replace("\xa0", " ")
 
 
-def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterator[Picture]:
+def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis], jumps: pd.DataFrame) -> Iterator[Picture]:
     """Draw the steady responses over the last direction, a picture for a few values of the other ones."""
     *others, along = axes
     names = [
@@ -257,26 +258,104 @@ def _responses(plan: Plan, frame: pd.DataFrame, axes: Sequence[_Axis]) -> Iterat
     groups, over = list(dict.fromkeys(names)), along.direction.words
     for first in range(0, len(groups), _COLUMNS):
         columns = {name: frame[[other == name for other in names]] for name in groups[first : first + _COLUMNS]}
-        width, height = FULL if len(columns) > 1 else 0.75 * FULL, 2.0 * (1 + len(plan.quantities)) + 0.4
-        with picture(f"Steady response over {over}, on the way up and down.", width, height) as drawn:
-            draw_responses(drawn.figure, plan, columns)
+        width, height = FULL if len(columns) > 1 else 0.75 * FULL, 2.0 * (2 + len(plan.quantities)) + 0.4
+        lines = " Lines are jumps." if len(jumps) else ""
+        with picture(f"Steady response over {over}, on the way up and down.{lines}", width, height) as drawn:
+            draw_responses(drawn.figure, plan, columns, jumps)
         yield drawn
+    for name in groups[:_COLUMNS]:
+        part = frame[[other == name for other in names]]
+        shown = _chosen(part)
+        if shown:
+            words = (
+                f"Steady states{f' at {name}' if name else ''}: Poincaré section, at whole periods, and spectrum."
+            )
+            with picture(words, FULL, 5.2) as drawn:
+                _draw_states(drawn.figure, plan, part, shown)
+            yield drawn
 
 
-def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFrame]) -> None:
+def basin_pictures(plan: Plan, table: pd.DataFrame) -> list[Picture]:
+    """Return the picture of the starts that come to the states of the ways up and down, if there are any."""
+    if table.empty or plan.file.periodic is None:
+        return []
+    sample, last = plan.file.periodic.sample, plan.directions[-1]
+    unit = VARIABLES[sample][0]
+    factor, prefix = unit_for([table["value"].to_numpy(float)]) if shown_unit(unit) else (1.0, "")
+    at = f"{number(table.attrs['at'], 4)} {shown_unit(last.unit)}".strip()
+    words = f"Starts at {at}, by the motion that they come to; stars are the two motions at a whole period."
+    with picture(words, 0.75 * FULL, 3.8) as drawn:
+        axes = drawn.figure.subplots()
+        for way, style in _WAYS.items():
+            on, (value, rate) = table[table["way"] == way], table.attrs["states"][way]
+            label, colour = f"to that of the way {way}", style["color"]
+            axes.plot(on["value"] / factor, on["rate"], "s", ms=7.0, mew=0.0, color=colour, label=label)
+            axes.plot(value / factor, rate, "*", ms=14.0, color=colour, mec="black", mew=0.8)
+        axes.set_xlabel(with_unit(sample.replace("_", " "), prefix + unit))
+        axes.set_ylabel(with_unit("rate", f"{unit}/s" if shown_unit(unit) else "1/s"))
+        axes.grid(visible=False)
+        drawn.figure.legend(loc="outside lower center", ncols=2)
+    return [drawn]
+
+
+def _chosen(frame: pd.DataFrame) -> list[int]:
+    """Return the rows of up to three steady states: of one period, of several, of none; of each the widest."""
+    found = frame[frame[SAMPLES] != ""]
+    swing, period = found[LARGEST] - found[LEAST], found["period"]
+    kinds = [period == 1.0, period > 1.0, period == 0.0]
+    return [int(swing[kind].idxmax()) for kind in kinds if kind.any()]
+
+
+def _draw_states(figure: Figure, plan: Plan, frame: pd.DataFrame, rows: Sequence[int]) -> None:
+    """Draw Poincaré sections above, spectra below, a column for each of some rows."""
+    assert plan.file.periodic is not None
+    sample, last = plan.file.periodic.sample, plan.directions[-1]
+    unit, axis = VARIABLES[sample][0], _Axis(last, frame)
+    places = dict(zip(frame.index, axis.places, strict=True))
+    sections = {n: np.array(json.loads(frame.at[n, SECTION]), dtype=float).reshape(-1, 2) for n in rows}
+    factor, prefix = unit_for([points[:, 0] for points in sections.values()]) if shown_unit(unit) else (1.0, "")
+    panels = figure.subplots(2, len(rows), squeeze=False, sharey="row")
+    for n, (above, below) in zip(rows, panels.T, strict=True):
+        points, lines = sections[n] / factor, np.array(json.loads(frame.at[n, SPECTRUM])) / factor
+        repeats = frame.at[n, "period"] > 0.0
+        above.plot(points[:, 0], points[:, 1] * factor, "o", ms=6.0 if repeats else 2.2, mew=0.0, color=SERIES[0])
+        period = f"period {len(points) if repeats else 'none'}"
+        above.set_title(f"{axis.name(places[n])}, {frame.at[n, 'direction']}: {period}")
+        above.set_xlabel(with_unit(sample.replace("_", " "), prefix + unit))
+        above.margins(0.15)
+        scenario = plan.runs[n].scenario
+        assert scenario is not None
+        step = HARMONICS / (drive_period(scenario) * (len(lines) - 1))
+        frequencies = step * np.arange(1, len(lines))
+        if repeats:
+            below.vlines(frequencies, 1e-12, lines[1:], color=SERIES[0], lw=1.6)
+        else:
+            below.plot(frequencies, lines[1:], color=SERIES[0], lw=0.9)
+        below.set(yscale="log", xlabel="frequency (Hz)", xlim=(0.0, frequencies[-1]))
+    largest = max(axes.dataLim.y1 for axes in panels[1])
+    panels[1, 0].set(ylim=(1e-5 * largest, 2.0 * largest), ylabel=with_unit("amplitude", prefix + unit))
+    panels[0, 0].set_ylabel(with_unit("rate", f"{unit}/s" if shown_unit(unit) else "1/s"))
+
+
+def draw_responses(
+    figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFrame], jumps: pd.DataFrame | None = None
+) -> None:
     """Draw the rows of a sweep of steady responses over its last direction, a column for each title and frame.
 
-    The first panels hold the samples at whole periods, where a motion that does not repeat is a cloud, the others
-    the quantities, by their symbols.  The way up is in large pale dots, the way down in small dark ones over them,
-    so that both are seen where they agree.
+    The first panels hold the samples at whole periods, where a motion that does not repeat is a cloud, the next
+    ones the least and the largest value over a period, if the frames have them, the others the quantities, by
+    their symbols.  The way up is in large pale dots, the way down in small dark ones over them, so that both are
+    seen where they agree.  Jumps, a table as of a sweep, are lines.
     """
     assert plan.file.periodic is not None
     sample, last = plan.file.periodic.sample, plan.directions[-1]
     rows = [(SAMPLES, f"{sample} at whole periods", VARIABLES[sample][0])]
+    if all(LARGEST in frame for frame in columns.values()):
+        rows.append((LARGEST, f"least and largest {sample}", VARIABLES[sample][0]))
     rows += [(q.name, q.name.replace(":", " "), q.unit) for q in plan.quantities]
     apart = 72.0 * figure.get_figwidth() / sum(frame[last.names[0]].nunique() for frame in columns.values())
     dot = float(np.clip(0.5 * apart, *_DOTS))
-    heights = {"height_ratios": [1.5, *[1.0] * len(plan.quantities)]}
+    heights = {"height_ratios": [1.5, *[1.0] * (len(rows) - 1)]}
     panels = figure.subplots(
         len(rows), len(columns), squeeze=False, sharex=True, sharey="row", gridspec_kw=heights
     )
@@ -290,17 +369,31 @@ def draw_responses(figure: Figure, plan: Plan, columns: Mapping[str, pd.DataFram
                 axes.plot(on["x"], on["y"] / factor, ls="", ms=size, label=f"on the way {way}", **style)
             axes.grid(visible=False)
         _count(beside[0], np.concatenate(values))
+        if name == "period":
+            beside[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}" if value else "none")
         beside[0].set_ylabel(_wrapped(with_unit(label.replace("_", " "), prefix + unit), 2 * _UP // 3))
     for (title, frame), column in zip(columns.items(), panels.T, strict=True):
         column[0].set_title(_wrapped(title))
+        for _, jump in () if jumps is None else _jumps_of(plan, frame, jumps).iterrows():
+            for axes in column:
+                place = 0.5 * (jump["last before"] + jump["first behind"])
+                axes.axvline(place, color=_WAYS[jump["direction"]]["color"], lw=0.8, ls="--")
         column[-1].xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         _Axis(last, frame).label(column[-1], "x")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=1.4)
 
 
+def _jumps_of(plan: Plan, frame: pd.DataFrame, jumps: pd.DataFrame) -> pd.DataFrame:
+    """Return the jumps at the values that the other axes have in a frame."""
+    keys = [key for direction in plan.directions[:-1] for key in direction.names]
+    here = [all(jump[key] == frame[key].iloc[0] for key in keys) for _, jump in jumps.iterrows()]
+    return jumps[here] if len(jumps) else jumps
+
+
 def _points(frame: pd.DataFrame, along: AxisSection, name: str) -> pd.DataFrame:
     """Return points x, y and the way of one column, several of a row of samples."""
     y = frame[name].map(lambda text: json.loads(text or "[]")) if name == SAMPLES else frame[name]
+    y = pd.Series(frame[[LEAST, LARGEST]].to_numpy().tolist()) if name == LARGEST else y
     points = pd.DataFrame({"x": _Axis(along, frame).places, "y": y.tolist(), "way": frame["direction"].tolist()})
     return points.explode("y").astype({"y": float})

@@ -341,7 +341,7 @@ def _of_period(key: str) -> Callable[[History], float]:
         _require_completed(history)
         if "periodic" not in history.summary:
             raise GapError("only of a periodic response")
-        return float(history.summary["periodic"][key])
+        return float(history.summary["periodic"][key] or 0)
 
     return measure
 
@@ -379,8 +379,8 @@ _LAST = 9999
 _LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme")
 _FIRST, _SECOND = "of the first macro-collision", "of the second macro-collision"
 _BOUNCE = f"effective restitution {_FIRST}: minus the mean spin after it over that before it"
-_PERIOD = "period of the response in periods of the base, 0 if it does not repeat"
-_IMPACTS = "contacts that begin in the periodic response, per period of the base"
+_PERIOD = "period of the response in periods of what drives it, none if it does not repeat"
+_IMPACTS = "contacts that begin in the periodic response, per period of what drives it"
 _MODEL_ERROR = (
     "estimated relative error of the small-deflection model: with contact of the largest force, else of the "
     "deflection within two elastic periods"
@@ -411,7 +411,7 @@ _NAMED = {
         Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
         Quantity("supplied", "J", "work of the base, of drives and torques", _ledger("supplied")),
         Quantity("period", "1", _PERIOD, _of_period("period")),
-        Quantity("transient", "1", "periods of the base until then", _of_period("transient")),
+        Quantity("transient", "1", "periods of what drives it until then", _of_period("transient")),
         Quantity("impacts_per_period", "1", _IMPACTS, _of_period("impacts_per_period")),
         Quantity("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
         Quantity("model_error", "1", _MODEL_ERROR, _model_error),

@@ -61,7 +61,9 @@ COLUMNS: dict[str, tuple[Any, str, str]] = {
     "wall_time": (0.0, "s", "wall time of the run; the only column that differs from time to time"),
 }
 #: columns of periodic responses besides: lists of numbers, as JSON
-SAMPLES, STATE = "samples", "state"
+SAMPLES, STATE, SECTION, SPECTRUM = "samples", "state", "section", "spectrum"
+#: and numbers
+LEAST, LARGEST = "least", "largest"
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,7 @@ def _each(
             chains[-1].append(n)
 
     def before(n: int) -> MotionState | None:
-        return _state(rows.get(keys[n - 1], {})) if runs[n].continued else None
+        return motion_state(rows.get(keys[n - 1], {})) if runs[n].continued else None
 
     for start in range(0, max(map(len, chains), default=0), _PIECE):
         pieces = [chain[start : start + _PIECE] for chain in reversed(chains) if len(chain) > start]
@@ -206,7 +208,7 @@ def _each(
             yield from zip(pieces[place], results, strict=True)
 
 
-def _state(row: Mapping[str, Any]) -> MotionState | None:
+def motion_state(row: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the state in which a run has ended; None if it failed."""
     if not row.get(STATE):
         return None
@@ -220,7 +222,7 @@ def measure_piece(
     """Return rows and files of runs, see `measure_run`; one without a state goes on from the one before it."""
     found = list[tuple[dict[str, Any], dict[str, bytes]]]()
     for run, state in piece:
-        before = _state(found[-1][0]) if found and state is None else state
+        before = motion_state(found[-1][0]) if found and state is None else state
         found.append(measure_run(run, before, histories, timeout))
     return found
 
@@ -276,7 +278,10 @@ def measure(history: History, quantities: Sequence[str]) -> dict[str, Any]:
             gaps.append(f"{name}: {gap}")
     undetermined = not_determined(quantities, history)
     if "periodic" in history.summary:
-        row[SAMPLES] = json.dumps(history.summary["periodic"]["samples"])
+        found = history.summary["periodic"]
+        row |= {name: json.dumps(_short(found[name])) for name in (SECTION, SPECTRUM)}
+        row[SAMPLES] = json.dumps(found[SAMPLES])
+        row |= {name: found[name] for name in (LEAST, LARGEST)}
         row[STATE] = json.dumps([history[name].values[-1].tolist() for name in ("q", "qd")])
     return row | {
         "regime": regime(history),
@@ -290,6 +295,11 @@ def measure(history: History, quantities: Sequence[str]) -> dict[str, Any]:
         "events": len(history.events),
         "energy": max(abs(history.balance[key]) for key in ("initial", "final")),
     }
+
+
+def _short(values: Any) -> Any:
+    """Return numbers in lists with six digits, as a picture has them."""
+    return [_short(value) for value in values] if isinstance(values, list) else float(f"{values:.6g}")
 
 
 def regime(history: History) -> str:
@@ -349,11 +359,21 @@ def _frame(
     if periodic := next((run.periodic for run in runs if run.periodic), None):
         unit, meaning = VARIABLES[periodic.sample]
         columns = {
-            SAMPLES: ("", unit, f"{meaning} at whole periods of the base, of one period of the response"),
+            LEAST: (math.nan, unit, f"least {meaning} over the period"),
+            LARGEST: (math.nan, unit, f"largest {meaning} over the period"),
+            SAMPLES: ("", unit, f"{meaning} at whole periods of the drive, of one period of the response"),
+            SECTION: ("", "", f"{meaning} and its rate at whole periods: of one that does not repeat many"),
+            SPECTRUM: (
+                "",
+                unit,
+                f"mean and amplitudes of the {meaning} at multiples of 1/(period of the response)",
+            ),
             STATE: ("", "", "coordinates and velocities at the end, from which the next run goes on"),
         } | COLUMNS
     frame = pd.DataFrame(there, columns=[*labels, *names, *columns, "key"])
-    frame = frame.astype(dict.fromkeys(names, float)).fillna({SAMPLES: "", STATE: ""})
+    frame = frame.astype(dict.fromkeys(names, float)).fillna(
+        dict.fromkeys((SAMPLES, STATE, SECTION, SPECTRUM), "")
+    )
     about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
     about |= {name: (unit, meaning) for name, (_, unit, meaning) in columns.items()}
     frame.attrs = {
