@@ -52,7 +52,7 @@ from oblique_impact.fem_beam.exact.step_forces import (
     turn_of,
     turn_rows,
 )
-from oblique_impact.fem_beam.exact.stop import TOUCHING, end_push, friction_at, mean_force, take_rows
+from oblique_impact.fem_beam.exact.stop import TOUCHING, end_push, friction_at, mean_force, place_of, take_rows
 from oblique_impact.kernels.band_rows import BANDWIDTH, factor_rows, new_rows, solve_rows_of
 from oblique_impact.kernels.dense import eliminate
 from oblique_impact.kernels.jit import by_reference, inlined, is_compiled, jitable, kernel
@@ -69,8 +69,8 @@ _YIELDS = 1e-10
 #: `NewtonBuffers.numbers`: mean normal force (N) of a contact, damping in it, its rate and that of friction (N/m),
 #: the force that keeps it where it is if it sticks and the one that would keep its slip velocity as it is: what is
 #: left of this from the last step, as little as it may be, takes a large force to reverse in a very short step
-FORCE, DAMPED, RATE, DRAG, REACTION, KEEPING = range(6)
-_NUMBERS = 6
+FORCE, DAMPED, RATE, DRAG, REACTION, KEEPING, BEGUN = range(7)
+_NUMBERS = 7
 
 
 class NotConvergedError(ArithmeticError):
@@ -98,7 +98,7 @@ class NewtonBuffers(NamedTuple):
     directions: Array  # (n, d) of the force of the spring with its friction
     responses: Array  # (n, 2, d) to this, and to a tangential force
     matrix: Array  # (2 n, 2 n + 2) equations of the changes of these forces
-    numbers: Array  # (n, 6) see above
+    numbers: Array  # (n, 7) see above
     increments: Array  # (16,) of the iterations, relative
 
     @classmethod
@@ -149,6 +149,9 @@ def take_newton_step(
     """
     inertia, last, stale, length = 2.0 / (h * h), np.inf, True, beam.x[-1]
     b.numbers[:, :] = 0.0
+    for i in range(b.numbers.shape[0]):
+        if contacts.each[i].state == STICKING:
+            b.numbers[i, BEGUN] = h * place_of(beam, touchings[i], q0, v0).slip_rate
     for j in range(q0.shape[0]):
         b.drift[j] = h * v0[j]
         drifted = angle_of(b.drift[j]) if j % NODE == 2 else b.drift[j]
@@ -308,10 +311,10 @@ def _add_contacts(contacts: Contacts, b: NewtonBuffers, forces: int, count: int)
             _take_equation(contacts, b, own, 1.0, b.tangents[i], b.numbers[i, DRAG], forces)
             continue
         _take_equation(contacts, b, own, 0.0, b.tangents[i], 1.0, forces)
-        moved, drifted = dot(b.tangents[i], b.move), dot(b.tangents[i], b.drift)
+        moved = dot(b.tangents[i], b.move)
         b.matrix[own, own] *= 1.0 + _YIELDS
         b.matrix[own, forces] += moved
-        b.matrix[own, forces + 1] += moved - drifted
+        b.matrix[own, forces + 1] += moved - b.numbers[i, BEGUN]
     for row in range(forces):
         scale = abs(b.matrix[row, row])
         for column in range(forces + 2):
