@@ -272,7 +272,7 @@ def test_the_end_of_stick_on_a_peg_is_located_inside_of_a_step():
 
 
 def test_stick_on_a_peg_begins_and_ends_by_the_force_that_holds_the_place():
-    """The tangent turns with the beam, which falls past the peg: holding the place takes less than its old velocity."""
+    """The tangent turns with the beam that falls onto the peg: to hold the place is not to keep its velocity."""
     words = [
         "discretization.method=absolute",
         "discretization.elements=4",
@@ -291,12 +291,12 @@ def test_stick_on_a_peg_begins_and_ends_by_the_force_that_holds_the_place():
     ]
     history = simulate(Scenario.builtin("paper", words))
     assert history.outcome is Outcome.COMPLETED
-    states, time = history["contact_state"].values, history["time"].values
+    states = history["contact_state"].values
     pressed, rubbed = history["contact_lambda_n"].values, np.abs(history["contact_lambda_tau"].values)
     ends = []
     for i in range(states.shape[1]):
         last = np.flatnonzero((states[:-1, i] == State.STICK) & (states[1:, i] == State.SLIP))
-        ends += [rubbed[k, i] / pressed[k, i] for k in last if time[k] > time[max(k - 20, 0)] and pressed[k, i] > 1.0]
+        ends += [rubbed[k, i] / pressed[k, i] for k in last if pressed[k, i] > 1.0]
     assert len(ends) >= 2
     # at the edge of its cone, but for what the forces change in a sample
     assert min(ends) > 0.3 * 0.97
