@@ -209,7 +209,7 @@ class ScenarioModel(InputSection):
 
     @property
     def reach(self) -> float:
-        """How far (m) from the origin the beam comes; of a free one without obstacles."""
+        """Largest distance (m) from the origin that the beam can reach; of a free one, if nothing stops it."""
         reach, t = self.beam.length + self.root.hub_radius, self.end_time
         if not self.root.is_free:
             return reach
