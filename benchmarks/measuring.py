@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -32,6 +33,30 @@ def process_cost(arguments: list[str], **environment: str) -> float:
     command = [sys.executable, *arguments]
     subprocess.run(command, check=True, capture_output=True, env={**os.environ, **environment})
     return used() - before
+
+
+OLD = "8ecdb343"  # what aims of speed are measured against
+PACKAGES = ("fem_beam", "modal", "renders", "validation")  # beside `oblique_impact`, of which they are parts
+
+
+def old_program() -> dict[str, str]:
+    """Return the environment in which Python imports the program as it was at the commit `OLD`.
+
+    It is taken from this repository into a folder beside the built files, once; it needs no more than what is
+    installed.
+    """
+    repository = Path(__file__).parents[1]
+    tree = repository / "build" / OLD
+    if not tree.is_dir():
+        partial = tree.with_name(f"{OLD}.partial")
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        archive = subprocess.run(["git", "archive", OLD], cwd=repository, check=True, capture_output=True).stdout
+        subprocess.run(["tar", "-x"], cwd=partial, input=archive, check=True)
+        for package in PACKAGES:
+            (partial / package).rename(partial / "oblique_impact" / package)
+        partial.rename(tree)
+    return {"PYTHONPATH": str(tree), "PYTHONSAFEPATH": "1"}  # not what the working folder holds
 
 
 def call_cost(call: Callable[[], Any]) -> tuple[float, Any]:
