@@ -65,6 +65,12 @@ class Outline:
         found[-1 if self.is_closed else 0] = found[0] if self.is_closed else np.nan
         return found
 
+    @property
+    def parts(self) -> int:
+        """How many parts without hollows it has."""
+        hollows = int((self.turns[:-1] > 0.0).sum())
+        return max(1, hollows) if self.is_closed else 1 + hollows
+
     def sides(self, obstacle: int, stiffness: float, bedding: float = 0.0) -> list[Side]:
         """Return its sides, each with the corners that are its own: a vertex is one of the next side."""
         stands_out, lengths = ~(self.turns >= 0.0), np.abs(self._pieces)  # or is an end

@@ -195,3 +195,24 @@ def test_a_reed_lies_on_its_lay_as_far_as_its_force_has_the_moment_for():
     weight = 7800.0 * 0.01 * 0.0005 * 9.8 * length
     moment = force * length + 0.5 * weight * length - bending / radius
     assert np.mean((pushes * places).sum(axis=1)) == pytest.approx(np.mean(moment), rel=2.5e-3)
+
+
+@pytest.mark.filterwarnings("ignore::oblique_impact.errors.SimulationWarning")
+def test_corners_that_add_up_are_warned_of():
+    """With chords shorter than the stretch that is pressed in the force depends on their number."""
+
+    contact = {"where": "anywhere", "normal": "spring", "stiffness": 2e3, "friction": "frictionless"}
+
+    def warnings_and_force(obstacle, **grid):
+        history = fallen([], "modes", "event", "", obstacles=[obstacle], contact=contact | grid)
+        found = [text for text in history.summary["warnings"] if "stiffnesses add up" in text]
+        return found, float(history["lambda_n"].max())
+
+    (warning,), many = warnings_and_force({"kind": "polyline", "points": arc(64)}, grid=1)
+    assert warning.startswith("obstacle 1 is touched at ")
+    assert "obstacles.1.bedding" in warning
+    none, few = warnings_and_force({"kind": "polyline", "points": arc(4)}, grid=1)
+    assert not none
+    peg = {"kind": "point", "origin": [TOP[0], TOP[1] - RADIUS], "radius": RADIUS}
+    assert warnings_and_force(peg) == ([], pytest.approx(few, rel=0.02))
+    assert many > 1.2 * few

@@ -30,6 +30,7 @@ from oblique_impact.beam.frequencies import MAX_COUNT, lowest_elastic_frequency,
 from oblique_impact.beam.operators import Array, build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
 from oblique_impact.contact.log import Contact
+from oblique_impact.contact.state import State
 from oblique_impact.scenario.messages import counted
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
@@ -142,6 +143,28 @@ def impact_warnings(s: Scenario, most: int, beam: Beam | None = None) -> list[st
         share = f"{50.0 * light * frequency:.2g} % of critical in its first bending mode"
         text += f" ({light:g} s is {share} and takes {_size_to_resolve(s, beam, light)})"
     return [text if s.contact.normal != "rigid" else f'{text}, or contact.normal = "spring", an elastic stop']
+
+
+def outline_warnings(scenario: Scenario, variables: Mapping[str, Array]) -> list[str]:
+    """Return a warning for each elastic outline whose corners add up their stiffness.
+
+    A straight beam touches a part of an outline without hollows at two corners at most, the ends of a piece.  If
+    more are pressed in at once, there are more with shorter chords, and the force has no limit in them.
+    """
+    warnings = list[str]()
+    for number, item in enumerate(scenario.obstacles, start=1):
+        if item.outline is None or item.bedding or scenario.contact.normal == "rigid":
+            continue
+        own = variables["contact_obstacle"] == number
+        closed = (variables["contact_state"][:, own] != State.FREE).sum(axis=1)
+        k = int(np.argmax(closed))
+        if closed[k] > 2 * item.outline.parts:
+            warnings.append(
+                f"obstacle {number} is touched at {closed[k]} places at once at t = {variables['time'][k]:.6g} s, "
+                "whose stiffnesses add up: the force depends on how many points the outline has; give it longer "
+                f"chords than the stretch that is pressed in, or a bed, obstacles.{number}.bedding"
+            )
+    return warnings
 
 
 def mass_warnings(scenario: Scenario) -> list[str]:

@@ -15,6 +15,7 @@ from oblique_impact.beam.validity.limits import (
     impact_warnings,
     mass_warnings,
     most_meetings,
+    outline_warnings,
     truncation_warnings,
     unconverged_results,
 )
@@ -66,6 +67,7 @@ def run_warnings(
     warnings = [
         *implausible_values(scenario),
         *passing_warnings(scenario, variables, summary["slope_ends"]),
+        *outline_warnings(scenario, variables),
         *ambiguity_warnings(ambiguous),
         *of_model,
         *energy_warnings(summary["energy"], float(np.max(kinetic)), parts, scenario.solver.scheme),
