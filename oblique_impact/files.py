@@ -31,6 +31,11 @@ def prepare_folder(folder: str | os.PathLike[str], option: str = "--out ") -> Pa
         raise cannot_write(target, error, option) from None
 
 
+def suffix_of(file: Path) -> str:
+    """Return the suffix of a file's name in small letters, ".xdmf"; "" of a name such as v1.5."""
+    return file.suffix.lower() if file.suffix[1:2].isalpha() else ""
+
+
 def cannot_write(target: Path, error: Exception, option: str = "--out ") -> InputError:
     """Return the error of a folder or file, given by `option`, that cannot be written."""
     return InputError(f"{option}{target}: cannot be written: {getattr(error, 'strerror', None) or error}")

@@ -11,7 +11,7 @@ from warnings import warn
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.beam import Energies
+from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.validity.integration import ambiguity_warnings
 from oblique_impact.beam_problem import Parts, beam_of, beam_problem, system_scales
@@ -124,16 +124,7 @@ def compute_history(
             raise InputError('initial_state: only with discretization.method = "modal" or "fem"')
         history = simulate_exact(scenario, on_progress, parts=parts)
     else:
-        beam = beam_of(scenario, parts)
-        start = None
-        if initial_state is not None:
-            start = begin_at(beam, initial_state)
-        elif scenario.initial.state != "undeformed":
-            start = start_at_rest(beam, parts)
-        problem = beam_problem(beam, parts)
-        if start is not None:
-            q0, qd0, earlier = start
-            problem = replace(problem, q0=q0, qd0=qd0, earlier=earlier if scenario.contact.enabled else {})
+        beam, problem = _prepared(scenario, parts, initial_state)
         problem = replace(problem, breakpoints=(*problem.breakpoints, *stops))
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
@@ -146,6 +137,33 @@ def compute_history(
     if given:
         history.summary["provenance"]["user_defined"] = given
     return _unless_interrupted(history)
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Do all that a run does before it marches; raises InputError as :func:`simulate` does."""
+    if scenario.is_absolute:
+        from oblique_impact.fem_beam.exact import exact_problem  # which is built on this package
+
+        exact_problem(scenario)
+    else:
+        _prepared(scenario, Parts(), None)
+
+
+def _prepared(
+    scenario: Scenario, parts: Parts, initial_state: History | tuple[Array, Array] | None
+) -> tuple[Beam, Problem]:
+    """Return the beam of a scenario in small deflections and its problem, with its start."""
+    beam = beam_of(scenario, parts)
+    start = None
+    if initial_state is not None:
+        start = begin_at(beam, initial_state)
+    elif scenario.initial.state != "undeformed":
+        start = start_at_rest(beam, parts)
+    problem = beam_problem(beam, parts)
+    if start is not None:
+        q0, qd0, earlier = start
+        problem = replace(problem, q0=q0, qd0=qd0, earlier=earlier if scenario.contact.enabled else {})
+    return beam, problem
 
 
 def simulate_system(

@@ -21,7 +21,7 @@ from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, writing_file
+from oblique_impact.files import cannot_write, suffix_of, writing_file
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import sides
 from oblique_impact.progress import OnProgress, Progress, silent
@@ -168,12 +168,13 @@ def _target(out: Path, format: str | None) -> tuple[Path, Format]:
 
     Raises InputError if the format is unknown or contradicts the suffix, or if something is in the way.
     """
-    format = format or out.suffix.lower().removeprefix(".")
+    suffix = suffix_of(out)
+    format = format or suffix.removeprefix(".")
     if format not in READERS:
         raise InputError(f"--format {format or 'missing'}: {one_of(format, READERS)}")
-    if out.suffix and out.suffix.lower() != f".{format}":
+    if suffix and suffix != f".{format}":
         raise InputError(f"--out {out}: should end in .{format} for --format {format}, or have no suffix")
-    target = out if out.suffix else Path(f"{out}.{format}")
+    target = out if suffix else Path(f"{out}.{format}")
     # what an earlier export made is replaced, other things are not
     beside = {"pvd": target.with_suffix(""), "xdmf": target.with_suffix(".h5"), "csv": target}[format]
     try:

@@ -41,7 +41,7 @@ def modes(
     """Natural frequencies (rad/s and Hz): of the spinning beam, or about its equilibrium with damping ratios."""
     from oblique_impact.beam.frequencies import natural_frequencies
     from oblique_impact.command_line.progress_bars import counting_bar
-    from oblique_impact.files import writing_file
+    from oblique_impact.files import suffix_of, writing_file
     from oblique_impact.scenario.scenario import Scenario
 
     chosen = Scenario.load(scenario, changes)
@@ -53,7 +53,7 @@ def modes(
     if friction is not None:
         raise InputError(f"--friction {friction}: only with --closed")
     rates = _speeds(speeds or "0")
-    target = nullcontext() if out is None else writing_file(out if out.suffix else out / "campbell.png")
+    target = nullcontext() if out is None else writing_file(out if suffix_of(out) else out / "campbell.png")
     with target:
         with counting_bar("frequencies"):
             found = natural_frequencies(chosen, rates, count)
@@ -68,12 +68,12 @@ def modes(
 
 def _about_rest(scenario: Scenario, count: int | None, friction: str, as_json: bool, out: Path | None) -> None:
     """Print frequencies and damping ratios about the equilibrium, and draw the shapes."""
-    from oblique_impact.files import writing_file
+    from oblique_impact.files import suffix_of, writing_file
     from oblique_impact.vibration import frequencies_at_rest
 
     if friction not in ("free", "stuck"):
         raise InputError(f"--friction {friction}: should be free or stuck")
-    target = nullcontext() if out is None else writing_file(out if out.suffix else out / "mode-shapes.png")
+    target = nullcontext() if out is None else writing_file(out if suffix_of(out) else out / "mode-shapes.png")
     with target:
         found = frequencies_at_rest(scenario, count, "stuck" if friction == "stuck" else "free")
         if out is not None:

@@ -22,6 +22,7 @@ def run(
     scenario: ScenarioArgument = "paper",
     out: Annotated[Path, typer.Option("--out", help="Folder for the results.")] = Path("out"),
     changes: SetOption = None,
+    check: Annotated[bool, typer.Option("--check", help="Check the scenario; run and write nothing.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
@@ -29,7 +30,7 @@ def run(
     from oblique_impact.command_line.progress_bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.simulation import compute_history
+    from oblique_impact.simulation import check_scenario, compute_history
 
     chosen = Scenario.load(scenario, changes)
     warnings = implausible_values(chosen)
@@ -37,6 +38,10 @@ def run(
         print_note(f"warning: {warning}")
     for line in chosen.taken_defaults:
         print_note(f"note: {line}")
+    if check:
+        check_scenario(chosen)
+        print_result([f"scenario: {scenario}: nothing refused"], {"scenario": scenario, "warnings": warnings}, as_json)
+        return
     with writing(out):
         replaced = (out / "history.nc").exists()
         try:

@@ -118,6 +118,17 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     ]
 
 
+@pytest.mark.parametrize("method", ["fem", "absolute"])
+def test_a_scenario_is_checked_without_being_run(tmp_path, monkeypatch, cli, refused, method):
+    monkeypatch.chdir(tmp_path)
+    words = ("run", "slap", "--check", "--set", f"discretization.method={method}")
+    code, out, err = cli(*words, "--set", "beam.youngs_modulus=1")
+    assert (code, out) == (0, "scenario: slap: nothing refused\n")
+    assert "beam.youngs_modulus" in err
+    assert "starts" in refused(*words, "--set", "initial.angle=-0.5")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_run_prints_each_of_its_warnings_once(cli, tmp_path):
     """Those of implausible values before the run, the others below its results; all stand in the summary."""
     changes = ("contact.normal=spring", "beam.modal_damping_ratio=0.06", "end_time=0.32")

@@ -342,8 +342,9 @@ def test_the_command_says_what_it_wrote_and_replaces_an_earlier_export(folder, t
     assert str(file) in out
     assert cli(*words, "--out", file, "--every", 5000)[0] == 0
     assert len(read(file)) < len(frames)
-    assert cli(*words, "--format", "xdmf", "--out", tmp_path / "b", "--every", 5000)[0] == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["b.h5", "b.xdmf", "new"]
+    for name in ("b", "v1.5"):
+        assert cli(*words, "--format", "xdmf", "--out", tmp_path / name, "--every", 5000)[0] == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["b.h5", "b.xdmf", "new", "v1.5.h5", "v1.5.xdmf"]
 
 
 BAD = {
