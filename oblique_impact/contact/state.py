@@ -181,10 +181,14 @@ class Contacts(NamedTuple):
 
     def peaks(self) -> list[tuple[float, float]]:
         """Return the largest normal force (N) and depth (m) of each since they were asked for."""
-        found = [(c.peak_force, c.peak_depth) for c in map(self.of, range(len(self.each)))]
-        for i, (force, depth) in enumerate(found):
-            if force or depth:
-                self.take(i, self.of(i).changed(peak_force=0.0, peak_depth=0.0))
+        each = self.each
+        if isinstance(each, np.ndarray):
+            found = list(zip(each["peak_force"].tolist(), each["peak_depth"].tolist(), strict=True))
+            each["peak_force"] = each["peak_depth"] = 0.0
+            return found
+        found = [(c.peak_force, c.peak_depth) for c in each]
+        for c in each:
+            c.peak_force = c.peak_depth = 0.0
         return found
 
     def in_python(self) -> Contacts:

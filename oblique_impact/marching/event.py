@@ -39,11 +39,11 @@ from oblique_impact.marching.dop853 import (
 )
 from oblique_impact.marching.equations import derivative
 from oblique_impact.marching.exponential import (
-    WORTHWHILE,
     Exponential,
     begin_flight,
     begins_at_samples,
     follow_step,
+    is_worthwhile,
     new_exponential,
     take_exponential_step,
 )
@@ -219,7 +219,7 @@ class EventScheme(Scheme):
 
     def buffers(self, task: Task) -> EventBuffers:  # noqa: D102
         modes, tables = task.modes, None
-        if modes is not None and np.max(np.abs(modes.eigenvalues)) * task.end_time >= WORTHWHILE:
+        if modes is not None and is_worthwhile(modes, task.output_interval, task.end_time):
             tables = new_exponential(modes, task.output_interval)
         return EventBuffers(Stages.new(task.entries), tables)
 

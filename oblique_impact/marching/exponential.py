@@ -18,6 +18,7 @@ highest Legendre coefficients of f allow.  With two modes it gains nothing; with
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,8 +49,9 @@ _COST, _PATIENCE = 4.0, 8
 _TAIL = 2  # Legendre coefficients that estimate the error: f may be even or odd about the middle of a step
 _CAUTION = 2.0  # the sweeps of another step may contract as much slower
 LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
-#: fastest phase (rad) of a run from which the tables are worth their time
-WORTHWHILE = 5e3
+#: phase (rad) of the fastest mode in a run, and between two samples, from which it is worth being compiled: a run
+#: that is sampled so rarely is one of many
+_LONG_RUN, _RARELY = 5e3, 10.0
 
 
 class Exponential(NamedTuple):
@@ -73,17 +75,40 @@ class Exponential(NamedTuple):
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
 
 
+def is_worthwhile(modes: NormalModes, interval: float, end_time: float) -> bool:
+    """Whether a run until `end_time` (s) with samples every `interval` (s) is worth the tables."""
+    fastest = np.max(np.abs(modes.eigenvalues))
+    return bool(fastest * end_time >= _LONG_RUN or fastest * interval >= _RARELY)
+
+
 def new_exponential(modes: NormalModes, interval: float) -> Exponential:
-    """Return the tables of a run with samples every `interval` (s).
+    """Return the tables of a run with samples every `interval` (s), and buffers of its own."""
+    d = modes.stiffness.size
+    return Exponential(
+        *_tables(interval, *(values.tobytes() for values in modes)),
+        force=np.zeros((2, d, POINTS)),
+        rates=np.zeros((POINTS, QUADRATURES)),
+        state=np.zeros((2, d)),
+        ends=np.zeros((2, d)),
+        memory=np.array([0.0, 0.0, 0.0, np.inf]),
+    )
+
+
+@lru_cache(maxsize=4)  # of a sweep, whose beams are often the same
+def _tables(interval: float, *packed: bytes) -> tuple[Array, ...]:
+    """Return the tables of normal modes as bytes, which can be remembered.
 
     The rows of a table are the points of a step but the first, the last of them its end, and then the samples
     inside of it.
     """
+    *matrices, stiffness, damping = (np.frombuffer(values).copy() for values in packed)
+    d = stiffness.size
+    modes = NormalModes(*(matrix.reshape(d, d) for matrix in matrices), stiffness, damping)
     fastest = np.max(np.abs(modes.eigenvalues))
     highest = min(_HIGHEST, int(np.floor(np.log2(_WIDEST / (fastest * interval)))))
     lowest = min(highest, int(np.ceil(np.log2(_NARROWEST / (fastest * interval)))))
     levels = range(lowest, highest + 1)
-    d, nodes = modes.stiffness.size, _lobatto(POINTS)
+    nodes = _lobatto(POINTS)
     rows = POINTS - 1 + (2 ** max(highest, 1) - 1)
     lengths = interval * 2.0 ** np.array(levels)
     free, forced = np.zeros((len(levels), rows, 4, d)), np.zeros((len(levels), rows, 2, d, POINTS))
@@ -98,21 +123,17 @@ def new_exponential(modes: NormalModes, interval: float) -> Exponential:
         forced[i, used] = np.einsum("pvmd,mj->pvdj", of_coefficients, fit)
         areas[i, used] = integrals @ fit
         of_tail[i] = of_coefficients[POINTS - 2, :, -_TAIL:].swapaxes(0, 1)
-    work = (
-        np.zeros((2, d, POINTS)),
-        np.zeros((POINTS, QUADRATURES)),
-        np.zeros((2, d)),
-        np.zeros((2, d)),
-        np.array([0.0, 0.0, 0.0, np.inf]),
-    )
-    tables = lengths, *modes, nodes, free, forced, areas, fit[-_TAIL:], of_tail
-    return Exponential(*[*map(np.ascontiguousarray, tables), *work])
+    found = lengths, *modes, nodes, free, forced, areas, fit[-_TAIL:], of_tail
+    return tuple(map(np.ascontiguousarray, found))
 
 
 def _lobatto(count: int) -> Array:
     """Return the Gauss-Lobatto points of [0, 1]."""
     inner = Legendre.basis(count - 1).deriv().roots()
     return 0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner.real), [1.0]]))
+
+
+_gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
 
 
 def _impulse_response(modes: NormalModes, t: Array) -> tuple[Array, Array]:
@@ -136,7 +157,7 @@ def _free(modes: NormalModes, t: Array) -> Array:
 def _forced(modes: NormalModes, h: float, places: Array) -> tuple[Array, Array]:
     """Return z and z' at places (p,) of a step for each Legendre polynomial in f, and the integrals of these."""
     count = POINTS + int(np.max(np.abs(modes.eigenvalues)) * h)
-    x, weights = np.polynomial.legendre.leggauss(count)
+    x, weights = _gauss(count)
     x, weights = 0.5 * (1.0 + x), 0.5 * weights
     back = places[:, None] * (1.0 - x)  # from the place to where f acts
     g, rate = _impulse_response(modes, h * back)

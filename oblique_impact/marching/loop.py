@@ -6,7 +6,7 @@ It is the same for every system, discretization and scheme.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -249,7 +249,9 @@ class Run:
         """Return the states of all contacts, (samples, n), at samples of a phase (samples, ny)."""
         if self._steps is not None:
             return self._steps.states(samples)
-        return np.tile(np.array(self.contacts.states(), dtype=np.int8), (len(samples), 1))
+        found = np.empty((len(samples), len(self.pairs)), dtype=np.int8)
+        found[:] = self.contacts.states()
+        return found
 
     @property
     def _leading(self) -> State:
@@ -556,7 +558,7 @@ class Run:
             kept = self._observe(times, states)
         if inside is not present:
             self._take_states(dict(enumerate(present)))
-        self._store(times, states, kept)
+        self._store(times, states, kept, present)
         return guards
 
     def _keep(self, progress: MarchResult) -> None:
@@ -565,8 +567,9 @@ class Run:
         self.record.rejected += progress.rejected
         count = progress.samples
         times, states = self._scratch.samples.times[:count].copy(), self._scratch.samples.states[:count]
-        large = self._large_deflection(states)
-        if large.any():
+        large = self._large_deflection(np.concatenate([states, self._y[None]]))  # the end is the last
+        inside = not large[:count].any()
+        if not inside:
             count = int(np.argmax(large))
             self._now, self._y[:] = self._now._replace(t=float(times[count])), states[count]
         changes, last = [] if self._steps is None else self._steps.changes(), 0.0
@@ -574,12 +577,12 @@ class Run:
             times, states = times[:count], states[:count]
             last = float(times[-1])
             self._enter_changes(change for change in changes if change.step_end <= last)
-            self._store(times, states, self._observe(times, states))
+            self._store(times, states, self._observe(times, states), self._states())
             self._set_mark(last, states[-1])
         self._enter_changes(change for change in changes if last < change.step_end <= self._now.t)
-        if not large.any():
+        if inside:
             self._take_peaks()
-        if large.any() or self._large_deflection(self._y[None]).any():
+        if large.any():
             raise RunEnded(self._cause(Outcome.LARGE_DEFLECTION))
 
     def _take_peaks(self) -> None:
@@ -598,9 +601,9 @@ class Run:
     def _observe(self, times: Array, states: Array) -> Observation:
         return observe(self.problem.system, self.contacts, times, states, self._scratch.work)
 
-    def _store(self, times: Array, states: Array, found: Observation) -> None:
-        """Store samples of a phase as they have been observed."""
-        kept, each, present = states[:, : self._kept].copy(), self._states_at(states), self._states()
+    def _store(self, times: Array, states: Array, found: Observation, present: Sequence[Candidate]) -> None:
+        """Store samples of a phase as they have been observed, with the contacts that are `present`."""
+        kept, each = states[:, : self._kept].copy(), self._states_at(states)
         segment = segment_of(times, kept, each, found, present, self.pairs)
         if self._steps is None:
             self._book.observe(found)

@@ -82,7 +82,7 @@ class Probe:
     def delassus(self) -> Array:
         """Accelerations of gap and slip of each contact by a unit force along each row, (n, 2, n, 2)."""
         rows = self._solved[1]
-        return np.asarray(np.einsum("iad,jbd->iajb", rows[DIRECTION], rows[RESPONSE]))
+        return np.tensordot(rows[DIRECTION], rows[RESPONSE], axes=(2, 2))
 
     def after(self, impulses: Mapping[int, Impulse]) -> list[Candidate]:
         """Return all contacts with the velocities that impulses leave."""
@@ -96,7 +96,8 @@ class Probe:
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> tuple[list[Candidate], Array]:
         """Return contacts with the velocities that impulses leave, and their Delassus matrix (m, 2, m, 2)."""
         after = self.after(impulses)
-        return [after[i] for i in contacts], self.delassus[np.ix_(contacts, range(2), contacts, range(2))]
+        chosen = list(contacts)
+        return [after[i] for i in chosen], self.delassus[chosen][:, :, chosen]
 
     def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
         """Return q'+ - q'- = M^-1 D^T P by impulses, (d,)."""

@@ -38,7 +38,6 @@ def segment_of(
     present, pairs : sequences of n
         Parameters and laws of the contacts.
     """
-    sides, ends = np.array([c.side for c in present]), np.array([pair.ends for pair in pairs]).T
     depth, stored = np.zeros((2, len(times)))
     for i, (c, pair) in enumerate(zip(present, pairs, strict=True)):
         law = pair.contact_law
@@ -47,7 +46,10 @@ def segment_of(
         depth = np.maximum(depth, found.column("compression")[:, i])
         names = "gap", "slip", "rest_compression", "rest_force"
         stored += law.energies(*(found.column(name)[:, i] for name in names))
-    nearest = _nearest(sides, ends, found.contacts)
+    nearest = found.contacts[:, 0]
+    if len(pairs) > 1:
+        sides, ends = np.array([c.side for c in present]), np.array([pair.ends for pair in pairs]).T
+        nearest = _nearest(sides, ends, found.contacts)
     no_steps = np.zeros(len(times))
     return Segment(times, states, found, nearest, depth, stored, _stretched(present, found), each, no_steps)
 
@@ -64,8 +66,6 @@ def _stretched(present: Sequence[Candidate], found: Observation) -> Array:
 
 def _nearest(sides: Array, ends: Array, each: Array) -> Array:
     """Return what is observed (samples, 6) of the contact with the smallest gap, with the forces of all."""
-    if each.shape[1] == 1:
-        return each[:, 0]
     slips = each[:, :, OBSERVED.index("slip")]
     within = (slips >= ends[0]) & (slips <= ends[1])
     gaps = np.where(within, sides * each[:, :, OBSERVED.index("gap")], np.inf)

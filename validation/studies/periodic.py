@@ -265,8 +265,10 @@ def steady_state(
         In one line, for a scenario whose drive has no period, or as :func:`~oblique_impact.simulation.simulate`.
     """
     period, count = drive_period(scenario), 2 * settings.longest
+    located = scenario.solver.scheme == "event"
     settling = scenario.replace(end_time=count * period, solver__output_interval=period / _PER_PERIOD)
-    ends = tuple(number * period for number in range(1, count))  # which steps of a given length would miss
+    # whole periods, which steps of a given length would miss
+    ends = () if located else tuple(number * period for number in range(1, count))
     section, found, last = list[tuple[float, float]](), 0, initial_state
     while not found and len(section) < settings.transient:
         try:
