@@ -17,7 +17,7 @@ from oblique_impact.renders.layout import Box, lay_out
 from oblique_impact.renders.scene import Panel, Scene, View
 from oblique_impact.renders.sheet import HEADING, LINE, NAME, SMALL, STATE, Sheet
 from oblique_impact.renders.story import Story
-from oblique_impact.renders.style import figure_style
+from oblique_impact.renders.style import figure_style, state_name
 from oblique_impact.renders.timeline import Timeline, rate_text
 
 
@@ -197,7 +197,8 @@ class Composer:
             state = State(int(geometry.history["state"].values[int(geometry.index(time))]))
             words[f"time {number}"] = (f"t = {time:.5f} s", theme.ink)
             side = geometry.beside(geometry.index(time)) if self._tells_side and rate is None else ""
-            words[f"state {number}"] = (f"{state.name}, {side}" if side else state.name, theme.states[state])
+            name = state_name(state, geometry.scenario).upper()
+            words[f"state {number}"] = (f"{name}, {side}" if side else name, theme.states[state])
             words[f"rate {number}"] = ("" if rate is None else rate_text(rate), theme.dim)
         geometry = self.story.geometries[0]
         k = geometry.index(time)

@@ -22,7 +22,7 @@ from oblique_impact.renders.bands import drawn
 from oblique_impact.renders.contact_map import draw_contact_map
 from oblique_impact.renders.geometry import Array, contact_gap
 from oblique_impact.renders.story import Story
-from oblique_impact.renders.style import LIGHT, Theme
+from oblique_impact.renders.style import LIGHT, Theme, state_name
 
 Dash = Literal["-", "--", ":"]
 
@@ -260,7 +260,7 @@ def draw_shapes(axes: Axes, story: Story) -> None:
         state = int(history["state"][sample])
         axes.plot(station, deflection[sample] - chord, linewidth=1.2, color=theme.states[state])
     for state in sorted(set(history["state"].values.tolist())):
-        axes.plot([], [], label=State(state).name.lower(), color=theme.states[state])
+        axes.plot([], [], label=state_name(state, history.scenario), color=theme.states[state])
     title = "Shapes in the first collision" if collision else "Shapes"
     axes.set(xlabel="place along the beam (m)", ylabel="deflection from the chord (mm)", title=title)
     axes.set_xlim(0.0, station[-1])
@@ -347,7 +347,11 @@ def draw_differences(axes: Axes, runs: Runs) -> None:
     for state in State:
         mine = np.array([event.state == state for event in left.events])
         if mine.any():
-            look = {"color": runs.theme.states[state], "markersize": 5, "label": f"to {state.name.lower()}"}
+            look = {
+                "color": runs.theme.states[state],
+                "markersize": 5,
+                "label": f"to {state_name(state, left.scenario)}",
+            }
             axes.semilogy(times[mine], np.maximum(differences[mine], 1e-15), _MARKERS[state], **look)
     title = f"Event times: |{' − '.join(runs.names)}|"
     axes.set(xlabel="time of the event (s)", ylabel="difference (s)", title=title)

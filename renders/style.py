@@ -11,8 +11,10 @@ from typing import Any, Literal, get_args
 import matplotlib as mpl
 import matplotlib.style
 
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of, plain_text
+from oblique_impact.scenario.scenario import Scenario
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
 STATE_COLOURS = (FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR)
@@ -27,7 +29,15 @@ CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
 Colour = Literal["bending_stress", "axial_stress", "moment", "shear", "axial_force", "section_rotation"]
 
+
 _SHEET = Path(__file__).with_name("figures.mplstyle")
+
+
+def state_name(state: int, scenario: Scenario | None) -> str:
+    """Return a state of contact as pictures name it: without friction what touches neither slips nor sticks."""
+    if state == State.SLIP and scenario is not None and not scenario.rubs:
+        return "contact"
+    return State(state).name.lower()
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,8 @@ def run(
         print_note(f"note: {line}")
     if check:
         check_scenario(chosen)
-        print_result([f"scenario: {scenario}: nothing refused"], {"scenario": scenario, "warnings": warnings}, as_json)
+        line = f"scenario: {scenario}: nothing refused"
+        print_result([line], {"scenario": scenario, "warnings": warnings}, as_json)
         return
     with writing(out):
         replaced = (out / "history.nc").exists()

@@ -83,15 +83,15 @@ def is_worthwhile(modes: NormalModes, interval: float, end_time: float) -> bool:
 
 def new_exponential(modes: NormalModes, interval: float) -> Exponential:
     """Return the tables of a run with samples every `interval` (s), and buffers of its own."""
-    d = modes.stiffness.size
-    return Exponential(
-        *_tables(interval, *(values.tobytes() for values in modes)),
-        force=np.zeros((2, d, POINTS)),
-        rates=np.zeros((POINTS, QUADRATURES)),
-        state=np.zeros((2, d)),
-        ends=np.zeros((2, d)),
-        memory=np.array([0.0, 0.0, 0.0, np.inf]),
+    tables, d = _tables(interval, *(values.tobytes() for values in modes)), modes.stiffness.size
+    work = (
+        np.zeros((2, d, POINTS)),
+        np.zeros((POINTS, QUADRATURES)),
+        np.zeros((2, d)),
+        np.zeros((2, d)),
+        np.array([0.0, 0.0, 0.0, np.inf]),
     )
+    return Exponential(*[*tables, *work])
 
 
 @lru_cache(maxsize=4)  # of a sweep, whose beams are often the same
@@ -101,9 +101,9 @@ def _tables(interval: float, *packed: bytes) -> tuple[Array, ...]:
     The rows of a table are the points of a step but the first, the last of them its end, and then the samples
     inside of it.
     """
-    *matrices, stiffness, damping = (np.frombuffer(values).copy() for values in packed)
+    shapes, projection, stiffness, damping = (np.frombuffer(values).copy() for values in packed)
     d = stiffness.size
-    modes = NormalModes(*(matrix.reshape(d, d) for matrix in matrices), stiffness, damping)
+    modes = NormalModes(shapes.reshape(d, d), projection.reshape(d, d), stiffness, damping)
     fastest = np.max(np.abs(modes.eigenvalues))
     highest = min(_HIGHEST, int(np.floor(np.log2(_WIDEST / (fastest * interval)))))
     lowest = min(highest, int(np.ceil(np.log2(_NARROWEST / (fastest * interval)))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import reprlib
 import unicodedata
 from collections.abc import Iterable
@@ -10,13 +11,28 @@ from typing import Any
 
 from oblique_impact.errors import InputError
 
-_REPR = reprlib.Repr()
-_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60
+
+
+class _Toml(reprlib.Repr):
+    """Values as scenario files have them."""
+
+    def repr_tuple(self, x: tuple[Any, ...], level: int) -> str:
+        return self.repr_list(list(x), level)
+
+    def repr_str(self, x: str, level: int) -> str:
+        return json.dumps(x if len(x) <= 60 else f"{x[:57]}...", ensure_ascii=False)
+
+    def repr_bool(self, x: bool, level: int) -> str:
+        return str(x).lower()
+
+
+_TOML = _Toml()
+_TOML.maxother = _TOML.maxlong = 60
 
 
 def short(value: Any) -> str:
-    """Return the representation of a value in at most 60 characters."""
-    text = " ".join(_REPR.repr(value).split())
+    """Return a value, as scenario files have it, in at most 60 characters."""
+    text = " ".join(_TOML.repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

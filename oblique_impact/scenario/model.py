@@ -342,6 +342,12 @@ class ScenarioModel(InputSection):
         return any(not item.bedding and "stiffness" not in item.model_fields_set for item in self.obstacles)
 
     @property
+    def rubs(self) -> bool:
+        """Whether its contacts have friction."""
+        c = self.contact
+        return c.friction != "frictionless" and max(c.mu_static, c.mu_kinetic) > 0.0
+
+    @property
     def holds_constraints(self) -> bool:
         """Whether a contact is held without any flexibility, across its stop or, where it sticks, along it."""
         c = self.contact

@@ -157,7 +157,7 @@ class Scenario(ScenarioModel):
         try:
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:
-            raise InputError(f"scenario = {source!r}: cannot be read: {error}") from None
+            raise InputError(f"scenario = {short(str(source))}: cannot be read: {error}") from None
         return cls.from_toml(text, overrides, source, path.parent)
 
     def replace(self, **values: Any) -> Scenario:

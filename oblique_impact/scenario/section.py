@@ -106,6 +106,24 @@ class InputSection(BaseModel):
         return self.model_construct(self.model_fields_set, **{**dict(self), **new})
 
 
+#: what a value of another type should be, by the type of its error
+_KINDS = {
+    "bool_parsing": "true or false",
+    "bool_type": "true or false",
+    "float_parsing": "a number",
+    "float_type": "a number",
+    "int_parsing": "a whole number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "a text",
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+}
+
+
 def _one_line(error: ValidationError, section: type[InputSection]) -> str:
     """Put the first error into one line, which begins with the key, of a section."""
     fields = section.model_fields
@@ -124,8 +142,10 @@ def _one_line(error: ValidationError, section: type[InputSection]) -> str:
         allowed = message.partition(" after validation")[0]
         return f"{key} = {value}: {allowed.removeprefix('Tuple ').removeprefix('List ')}"
     message = message.removeprefix("Value error, ").removeprefix("Input should be ")
+    message = _KINDS.get(kind, message)
     if kind == "literal_error":
-        message += did_you_mean(first["input"], re.findall("'([^']*)'", message), "'")
+        message = message.replace("'", '"')
+        message += did_you_mean(first["input"], re.findall('"([^"]*)"', message), '"')
     if kind in ("less_than_equal", "greater_than_equal"):
         unit = unit_of(fields[path[0]])
         if unit is not None and unit.symbol == "rad":

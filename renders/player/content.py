@@ -24,7 +24,7 @@ from oblique_impact.renders.geometry import Array, BeamGeometry
 from oblique_impact.renders.layout import ScaleBar
 from oblique_impact.renders.player.page_charts import PageChart, evenly, page_charts
 from oblique_impact.renders.story import ColourScale, Story
-from oblique_impact.renders.style import COLOUR_MAP
+from oblique_impact.renders.style import COLOUR_MAP, state_name
 from oblique_impact.renders.surroundings import DrawnObstacle, drawn_obstacles
 from oblique_impact.renders.timeline import TimeMap, rate_text
 
@@ -139,6 +139,7 @@ def content_of(story: Story, number: int = 0) -> Content:
         "loaded": [force.place for force in scenario.acting_forces],
         "flat_end": geometry.flat_end,
         "states": [one.name for one in State],
+        "told": [state_name(one, scenario).upper() for one in State],
         "ramp": [to_hex(ramp(k / 255.0)) for k in range(256)],
         "bars": [
             (size, ScaleBar(size, np.zeros(2)).text)
@@ -353,6 +354,7 @@ def _events(story: Story, times: Array) -> list[dict[str, Any]]:
             "kind": event.kind.value,
             "impulse": f"{significant(event.normal_impulse, 3)} N s" if event.normal_impulse else "",
             "state": State(event.state).name,
+            "told": state_name(event.state, story.histories[0].scenario),
             "frame": max(int(last_sample(times, event.time)), 0),
         }
         for number, event in evenly(list(enumerate(story.histories[0].events, start=1)))
@@ -366,7 +368,7 @@ def _contacts(geometry: BeamGeometry, times: Array) -> list[dict[str, Any]]:
         inside, column = closed_samples(history, number)
         states = history["contact_state"].values[:, column]
         passed = dict.fromkeys(states[inside].tolist())
-        names = [State(state).name.lower() for state in passed if state != State.FREE]
+        names = [state_name(state, history.scenario) for state in passed if state != State.FREE]
         lasts = states[-1] != State.FREE and contact.end >= last
         cells = [
             fixed(contact.start, 6),

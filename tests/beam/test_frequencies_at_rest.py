@@ -179,7 +179,7 @@ def test_a_cantilever_has_no_frequency_left_where_it_buckles():
         for part in (0.999, 0.9999)
     ]
     assert squares[0] / squares[1] == pytest.approx(10.0, rel=1e-3)
-    with pytest.raises(InputError, match=r"^initial\.state = 'equilibrium': there is no equilibrium"):
+    with pytest.raises(InputError, match=r'^initial\.state = "equilibrium": there is no equilibrium'):
         frequencies_at_rest(scenario.replace(forces__1__force=1.001 * euler), 1)
 
 

@@ -63,8 +63,8 @@ def test_what_cannot_be_shown_is_one_line(history, monkeypatch):
     for call, words in (
         (lambda: history.to_pyvista(9.0), "time = 9.0: should be from 0 to 0.35 s"),
         (lambda: history.to_pyvista(0.1, deformation=0.0), "--deformation 0.0: should be a positive number"),
-        (lambda: beam_mesh("paper", 0.1), "to_pyvista: history = 'paper': should be a History"),
-        (lambda: show("paper"), "show: history = 'paper': should be a History"),
+        (lambda: beam_mesh("paper", 0.1), 'to_pyvista: history = "paper": should be a History'),
+        (lambda: show("paper"), 'show: history = "paper": should be a History'),
         (lambda: show(history), "show: there is no display here; render draws"),
     ):
         if "display" not in words or sys.platform.startswith("linux"):

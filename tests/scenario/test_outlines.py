@@ -79,7 +79,7 @@ def test_points_are_read_from_a_file_beside_the_scenario(tmp_path, monkeypatch, 
     assert found.obstacles[0].points == tuple(map(tuple, STEP))
     assert Scenario.from_toml(found.to_toml()) == found
     assert start_scenario(tmp_path / "mine.toml", found) == found
-    with refused_in_one_line("obstacles.1.points = 'lay.csv': cannot be read"):
+    with refused_in_one_line('obstacles.1.points = "lay.csv": cannot be read'):
         Scenario.load(str(tmp_path / "case.toml"), ["obstacles.1.points=lay.csv"])
     monkeypatch.chdir(tmp_path)
     assert Scenario.load("case.toml", ["obstacles.1.points=lay.csv"]) == found

@@ -228,10 +228,10 @@ def test_missing_and_unreadable_files(tmp_path):
         (lambda: Scenario(contact={"mu_static": 0.1}), "contact.mu_static = 0.1: should be at least"),
         (lambda: Scenario.from_dict(3), "Scenario = 3: should be"),
         (lambda: Scenario().replace(bema__length=2), "bema = {'length': 2}: unknown key; did you mean beam?"),
-        (lambda: BeamSection(length="12 kg"), "length = '12 kg': should be in m, not in kg"),
+        (lambda: BeamSection(length="12 kg"), 'length = "12 kg": should be in m, not in kg'),
         (lambda: setattr(Scenario().beam, "length", 2.0), "length = 2.0: scenarios are frozen"),
-        (lambda: simulate("paper"), "simulate: scenario = 'paper': should be a Scenario"),
-        (lambda: natural_frequencies("paper", [0.0]), "natural_frequencies: scenario = 'paper': should be"),
+        (lambda: simulate("paper"), 'simulate: scenario = "paper": should be a Scenario'),
+        (lambda: natural_frequencies("paper", [0.0]), 'natural_frequencies: scenario = "paper": should be'),
     ],
     ids=range(9),
 )

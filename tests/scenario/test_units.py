@@ -129,7 +129,7 @@ def test_texts_in_pairs_and_in_tables_over_x():
         ("beam.length", "-12 mm", ["greater than 0"]),
         ("initial.angular_velocity", "2 Hz", ["in rad/s, not in Hz"]),
         ("slope.origin", '["300 mm", "1 kg"]', ["in m, not in kg", "entry 2", "1 kg"]),
-        ("contact.mu_static", "1 m", ["valid number"]),
+        ("contact.mu_static", "1 m", ["a number"]),
         # nothing behind a number is left out
         ("beam.length", '"5 cm#5"', ["'cm#5' is no unit"]),
         ("beam.length", "5 cm; 5", ["'cm; 5' is no unit"]),

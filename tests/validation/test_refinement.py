@@ -114,7 +114,7 @@ changes.end_time = 0.2
 """
 BAD_STUDIES = {
     "no title": (STUDY.replace("title", "titel"), "study.title: missing"),
-    "unknown key of a scenario": (STUDY.replace("end_time = 0.2", "end = 1"), "study.series.1.changes = 'end'"),
+    "unknown key of a scenario": (STUDY.replace("end_time = 0.2", "end = 1"), 'study.series.1.changes = "end"'),
     "no such axis": (STUDY.replace('"modes"', '"mode"'), "did you mean modes"),
     "two levels": (STUDY.replace("[2, 3, 4]", "[2, 3]"), "study.series.1.levels 2,3: a verdict takes"),
     "order of what is not asked for": (STUDY.replace('"theta@end" = 4', '"tip_x@end" = 4'), "series.1.orders"),

@@ -202,7 +202,7 @@ BAD = {
     "unknown scenario key": (axis("contact.mu"), "mu_static"),
     "out of bounds": (axis("beam.length", "values = [-1.0]"), "beam.length = -1.0"),
     "values and range": (axis("gravity", "values = [1]\nrange = [1, 2]\ncount = 2"), "not both"),
-    "no such unit": (axis("beam.length", 'values = ["1 s"]'), "axes.0.beam.length = '1 s'"),
+    "no such unit": (axis("beam.length", 'values = ["1 s"]'), 'axes.0.beam.length = "1 s"'),
     "no count": (axis("gravity", "range = [1, 2]"), "axes.0.count"),
     "log of zero": (axis("gravity", 'range = [0, 2]\ncount = 3\nspacing = "log"'), "greater than 0"),
     "no whole number": (axis("discretization.modes", "range = [1, 4]\ncount = 3"), "modes = 2.5"),

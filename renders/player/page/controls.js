@@ -98,7 +98,7 @@ function write() {
   const k = Math.floor(show.place), name = facts.states[run.state[k]], film = mix(run.film, show.place);
   for (const element of written) element.textContent = run[element.dataset.text][k];
   $("charts").style.setProperty("--now", film / (FILM || 1));
-  $("state").textContent = name;
+  $("state").textContent = facts.told[run.state[k]];
   $("state").className = `state ${name}`;
   const side = !show.playing && k === show.place && run.side_text[k];
   $("rate").textContent = [side, `shown at ${facts.rates[show.speed][run.rate[k]]}`].filter(Boolean).join(", ");

@@ -94,7 +94,9 @@ function drawScenes() {
     if (number) show.place = placeOf(run.film, film);
     drawScene();
     const state = scenes.length > 1 && canvas.parentElement.previousElementSibling.querySelector(".state");
-    if (state) state.textContent = (state.className = `state ${facts.states[stateAt(show.place)]}`).slice(6);
+    if (!state) return;
+    state.className = `state ${facts.states[stateAt(show.place)]}`;
+    state.textContent = facts.told[stateAt(show.place)];
   });
   use(0);
   [scene] = scenes;
