@@ -46,13 +46,14 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 _INNER_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 try:
-    from oblique_impact.kernels.inner import OPTIONS
+    from oblique_impact.kernels.inner import OPTIONS, KernelCompiler
 
     numba.njit(**_OPTIONS | OPTIONS)(lambda: None)
 except Exception as missing:  # whatever a later numba makes of names that it does not know
     logging.getLogger(__name__).info("oblique-impact: numba is used in its plain way: %s", missing)
 else:
     _INNER_OPTIONS |= OPTIONS
+    _OPTIONS |= {"pipeline_class": KernelCompiler}
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = (
@@ -73,7 +74,7 @@ _NUMERIC_SOURCE = (
 
 def jitable(function: F) -> F:
     """Mark `function` as numeric source: interpreted from Python, compiled from a kernel."""
-    decorated: F = register_jitable(**_INNER_OPTIONS)(function)
+    decorated: F = register_jitable(forceinline=False, **_INNER_OPTIONS)(function)
     return decorated
 
 
