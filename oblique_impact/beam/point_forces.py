@@ -62,8 +62,12 @@ class PointForces(NamedTuple):
         return np.array([complex(*force_in_frame(self, i, *state)) for state in states])
 
 
+#: kernels have forces, so that they are compiled once for beams with and without
+NO_FORCES = PointForces(np.zeros(0, FORCE).view(np.recarray), np.zeros((0, 2)), 1.0)
+
+
 def forces_of(scenario: Scenario, kept: float = 1.0) -> PointForces | None:
-    """Return the forces of a scenario; None if there are none, which costs kernels nothing."""
+    """Return the forces of a scenario; None if there are none."""
     records, rows = [], list[tuple[float, float]]()
     for item in scenario.acting_forces:
         values = {
