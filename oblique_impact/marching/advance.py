@@ -205,12 +205,12 @@ def advance(stepper: Stepper, start: StepState, y: Array) -> _Returned:
 
 
 @kernel("the march")
-def _march(system: Any, stepper: Stepper, start: StepState, y: Array) -> _Returned:
+def _march(stepper: Stepper, start: StepState, y: Array) -> _Returned:
     return advance(by_reference(stepper), start, by_reference(y))
 
 
 def march(stepper: Stepper, start: StepState, y: Array) -> MarchResult:
     """Call :func:`advance`, compiled if that is possible."""
     compiled = isinstance(stepper, tuple)
-    found = _march(stepper.system, stepper, start, y) if compiled else advance(stepper, start, y)
+    found = _march(stepper, start, y) if compiled else advance(stepper, start, y)
     return MarchResult(found[0], found[1], StepState(*found[2]), *found[3:])
