@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.time_course import TimeCourse, value_at
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import by_reference, jitable
 from oblique_impact.kernels.workspace import Array, record_of
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def force_value(forces: PointForces, i: int, t: float) -> float:
     """Force i (N) at an instant (s), along its direction."""
     force = forces.each[i]
     rows = forces.table[force.first : force.last]
-    return value_at(TimeCourse(force.amplitude, force.frequency, force.sweep_rate, rows), t)
+    return value_at(by_reference(TimeCourse(force.amplitude, force.frequency, force.sweep_rate, rows)), t)
 
 
 @jitable
