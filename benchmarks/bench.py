@@ -53,7 +53,7 @@ def start_up(turns: int) -> Iterator[Row]:
             yield f"warm run of `{name}` over imports", ratio, "2.5"
         # one turn is enough for a ratio that large
         first = median_ratio(1, lambda: run("paper", NUMBA_CACHE_DIR=f"{folder}/cache"), imports)
-        yield "first run of `paper` over imports", first, "15"
+        yield "first run of `paper` over imports", first, "10"
 
 
 def many_modes(turns: int) -> Iterator[Row]:

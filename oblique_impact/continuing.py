@@ -6,7 +6,6 @@ import cmath
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.beam import Beam, ContactPlace
 from oblique_impact.beam.section_forces import bent_beam
@@ -112,6 +111,8 @@ class _BentAxis:
     """The bent axis in a state [theta, B] (n + 1,)."""
 
     def __init__(self, beam: Beam, q: Array) -> None:
+        from scipy.interpolate import CubicSpline  # a quarter of a second, for which other runs do not wait
+
         x = beam.operators.stations.points
         self._length = float(x[-1])
         self._places = CubicSpline(x, bent_beam(beam, q[None], np.zeros_like(q)[None]).point()[0])

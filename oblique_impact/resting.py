@@ -20,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_solve, cholesky, null_space, solve_triangular
-from scipy.optimize import nnls
 
 from oblique_impact.beam.beam import Beam, ContactPlace
 from oblique_impact.beam.bent_beam import direction_of
@@ -363,6 +362,8 @@ def _descend(balance: Balance, here: _Here, bend: Array) -> tuple[Array, Array]:
 
     rows.step + W s >= -gaps, with both signs of a gap that is held.  Raises InputError if no step does.
     """
+    from scipy.optimize import nnls  # a quarter of a second, for which other runs do not wait
+
     factor, rows, both = _positive(balance, bend), here.rows[here.near], here.fixed[here.near]
     down, forces = cho_solve((factor, True), here.load), np.zeros(balance.count)
     if not here.near.size:

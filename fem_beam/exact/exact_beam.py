@@ -248,7 +248,7 @@ class ExactBeam:
         """
         fields = np.zeros((2, *self.points.shape, FIELDS))
         forces, rows = np.zeros(self.size), new_rows(self.size)
-        _forces_between(self.data, q0, q1, relaxation, fields, forces, rows)
+        _forces_between(self.data, q0, q1, q1 - q0, relaxation, fields, forces, rows)
         return StepForces(forces, _bands(rows[: self.size]))
 
     def static_forces(self, q: Array) -> StepForces:
@@ -267,12 +267,11 @@ class ExactBeam:
 
 @kernel("the forces of the exact beam")
 def _forces_between(
-    beam: BeamData, q0: Array, q1: Array, relaxation: float, fields: Array, forces: Array, rows: Array
+    beam: BeamData, q0: Array, q1: Array, move: Array, relaxation: float, fields: Array, forces: Array, rows: Array
 ) -> None:
     beam = by_reference(beam)
     take_fields(beam, q0, fields[0])
     take_fields(beam, q1, fields[1])
-    move = q1 - q0
     add_forces(beam, fields[0], fields[1], move, relaxation, forces)
     add_tangent(beam, fields[0], fields[1], move, relaxation, rows)
     turn_rows(move, forces, rows)

@@ -11,16 +11,16 @@ from scipy.linalg import block_diag, eigh
 from scipy.sparse import issparse
 
 from oblique_impact.beam import floating_frame, nodal_frame
-from oblique_impact.beam.axis import Places, ShapeFunctions, place_record
+from oblique_impact.beam.axis import PLACE, Places, ShapeFunctions, place_record
 from oblique_impact.beam.base_motion import BaseMotion, SpinUp, base_motion_of
 from oblique_impact.beam.bent_beam import BentBeam
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.nodal_frame import NodalModel, NodalPlaces
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
-from oblique_impact.beam.point_forces import PointForces, force_in_frame, forces_of
+from oblique_impact.beam.point_forces import NO_FORCES, PointForces, force_in_frame, forces_of
 from oblique_impact.beam.residual_flexibility import FlexibilityAlong, flexibility_along, residual_flexibility
-from oblique_impact.beam.shaking import Shaking, shaking_of, weight_in_frame
+from oblique_impact.beam.shaking import STILL, Shaking, shaking_of, weight_in_frame
 from oblique_impact.contact.compliance import Compliance
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
@@ -214,30 +214,31 @@ class Beam:
             vectors=np.array([vectors[k] for k in sorted(vectors)]),
             places=self._places(),
             drive=self.motion.drive,
-            shaking=self.shaking,
+            shaking=self.shaking or STILL,
             quadrature=self._quadrature() if full else None,
             ground=self._ground(),
             loads=self._loads(),
         )
 
-    def _loads(self) -> floating_frame.Loads | None:
-        """Return the forces on the beam with the shape functions where they act; None if there are none."""
-        if self.forces is None:
-            return None
-        tables = np.array(
-            [np.vstack([shortening, values, slopes]) for values, slopes, shortening in self._shapes_at_forces]
+    def _loads(self) -> floating_frame.Loads:
+        """Return the forces on the beam with the shape functions where they act."""
+        tables = [np.vstack([shortening, values, slopes]) for values, slopes, shortening in self._shapes_at_forces]
+        n = self.operators.P.size
+        return floating_frame.Loads(
+            self.forces or NO_FORCES, Places(self._loaded_places, np.array(tables).reshape(-1, n + 2, n), None)
         )
-        return floating_frame.Loads(self.forces, Places(self._loaded_places(self.forces), tables, None))
 
     @cached_property
     def _shapes_at_forces(self) -> list[tuple[Array, Array, Array]]:
         """Shape functions, slopes (n,) and H (n, n) at the places of forces."""
         return [self._along.at(place) for place in self.forces.places] if self.forces is not None else []
 
-    def _loaded_places(self, forces: PointForces) -> Any:
-        """Return records of the places of forces, on the axis."""
-        numbers = ((place, *np.zeros(5)) for place in forces.places)
-        return np.array([place_record(True, each, self.foreshortening) for each in numbers]).view(np.recarray)
+    @property
+    def _loaded_places(self) -> Any:
+        """Records of the places of forces, on the axis."""
+        places = (self.forces or NO_FORCES).places
+        found = [place_record(True, (place, *np.zeros(5)), self.foreshortening) for place in places]
+        return np.array(found, PLACE).view(np.recarray)
 
     def _ground(self) -> floating_frame.GroundSpring | None:
         """Spring and dashpot between hub and ground; None if there is neither."""
@@ -429,7 +430,7 @@ class Beam:
         """
         o, kept, found = self.operators, self.foreshortening, np.zeros((self.operators.size + 1,) * 2)
         theta, B = (part := self.split(q))[0], part[1:]
-        g, c, s = weight_in_frame(self.shaking, self.scenario.gravity, 0.0, theta)
+        g, c, s = weight_in_frame(self.shaking or STILL, self.scenario.gravity, 0.0, theta)
         heavy = kept * np.asarray(o.D @ B)
         found[0, 0] = -g * (s * (o.Sm - 0.5 * B @ heavy) + c * (o.P @ B))
         found[0, 1:] = found[1:, 0] = -g * (c * heavy + s * o.P)
@@ -626,10 +627,8 @@ class FullBeam(Beam):
             places=self._nodal_places(self._place_records()),
             drive=self.motion.drive,
             massless=massless,
-            shaking=self.shaking,
-            loads=nodal_frame.NodalLoads(self.forces, self._nodal_places(self._loaded_places(self.forces)))
-            if self.forces is not None
-            else None,
+            shaking=self.shaking or STILL,
+            loads=nodal_frame.NodalLoads(self.forces or NO_FORCES, self._nodal_places(self._loaded_places)),
         )
 
     @property

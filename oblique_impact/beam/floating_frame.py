@@ -14,7 +14,13 @@ import numpy as np
 from oblique_impact.beam.axis import Met, Places, SectionMotion, meet, point_of
 from oblique_impact.beam.base_motion import drive_acceleration
 from oblique_impact.beam.point_forces import PointForces, force_in_frame
-from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
+from oblique_impact.beam.shaking import (
+    Shaking,
+    base_acceleration,
+    direction_in_frame,
+    stands_still,
+    weight_in_frame,
+)
 from oblique_impact.contact.sides_and_pegs import Directions, PointMotion, meet_side, take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.contacts import ContactArrays
@@ -105,11 +111,11 @@ class _BeamData(NamedTuple):
     matrices: Array  # (6, n, n)
     vectors: Array  # (4, n)
     places: Places
+    shaking: Shaking  # of the base
+    loads: Loads  # forces on the beam
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
-    shaking: Shaking | None = None  # of the base
     quadrature: Quadrature | None = None  # of exact kinetic energy alone
     ground: GroundSpring | None = None  # of a hub alone
-    loads: Loads | None = None  # forces on the beam
 
 
 @inlined
@@ -172,9 +178,10 @@ def _apply_ground(ground: GroundSpring | None, q: Array, qd: Array, v: Array) ->
 
 
 @jitable
-def _shaking_power(shaking: Shaking | None, model: BeamModel, t: float, q: Array, qd: Array, v: Array) -> float:
-    """Power (W) of the inertia force on the beam by a shaken base; the compiler drops this of one that is not."""
-    if shaking is None:
+def _shaking_power(model: BeamModel, t: float, q: Array, qd: Array, v: Array) -> float:
+    """Power (W) of the inertia force on the beam by a shaken base."""
+    shaking = model.shaking
+    if stands_still(shaking):
         return 0.0
     B, Bd, heavy = q[1:], qd[1:], v[GRAVITY_PRODUCT]
     along, across = direction_in_frame(shaking, np.cos(q[0]), np.sin(q[0]))
@@ -299,11 +306,10 @@ def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: C
 
 
 @jitable
-def _apply_loads(loads: Loads | None, model: BeamModel, t: float, q: Array, qd: Array, v: Array) -> float:
-    """Add the forces on the beam; their power (W).  The compiler drops this of a beam without any."""
-    if loads is None:
-        return 0.0
-    forces, power, places = v[FORCES], 0.0, loads.places
+def _apply_loads(model: BeamModel, t: float, q: Array, qd: Array, v: Array) -> float:
+    """Add the forces on the beam; their power (W)."""
+    loads, forces, power = model.loads, v[FORCES], 0.0
+    places = loads.places
     for k in range(len(places.each)):
         point, slope = _point_in_place(model, places.each[k], places.tables[k], q, qd, v)
         along, across = force_in_frame(loads.forces, k, t, q[0], slope)
@@ -450,8 +456,8 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> 
     """Add what does not depend on the order of the kinetic energy."""
     v, numbers = w.vectors, model.numbers
     damping = _apply_forces(model, t, q[0], q[1:], qd[1:], w) + _apply_ground(model.ground, q, qd, v)
-    supplied = _shaking_power(model.shaking, model, t, q, qd, v)
-    supplied += _apply_loads(model.loads, model, t, q, qd, v)
+    supplied = _shaking_power(model, t, q, qd, v)
+    supplied += _apply_loads(model, t, q, qd, v)
     if numbers.root == HUB:
         supplied += numbers.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
     if numbers.root == DRIVEN:

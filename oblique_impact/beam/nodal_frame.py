@@ -34,7 +34,13 @@ from oblique_impact.beam.base_motion import drive_acceleration
 from oblique_impact.beam.floating_frame import DRIVEN, take_prescribed
 from oblique_impact.beam.hermite import HermiteShapes
 from oblique_impact.beam.point_forces import PointForces, force_in_frame
-from oblique_impact.beam.shaking import Shaking, base_acceleration, direction_in_frame, weight_in_frame
+from oblique_impact.beam.shaking import (
+    Shaking,
+    base_acceleration,
+    direction_in_frame,
+    stands_still,
+    weight_in_frame,
+)
 from oblique_impact.contact.sides_and_pegs import PointMotion, take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.banded import (
@@ -145,10 +151,10 @@ class _NodalData(NamedTuple):
     mass_factor: Array  # (n + 3, 4) of the mass matrix
     vectors: Array  # (8, n)
     places: NodalPlaces
+    shaking: Shaking  # of the base
+    loads: NodalLoads  # forces on the beam
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
     massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
-    shaking: Shaking | None = None  # of the base
-    loads: NodalLoads | None = None  # forces on the beam
 
 
 @jitable
@@ -270,13 +276,12 @@ def touch_nodal(
 
 
 @jitable
-def _apply_loads(
-    loads: NodalLoads | None, model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
-) -> float:
-    """Add the forces on the beam; their power (W).  The compiler drops this of a beam without any."""
-    if loads is None:
-        return 0.0
-    places, v, power = loads.places, w.vectors, 0.0
+def _apply_loads(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
+    """Add the forces on the beam; their power (W)."""
+    loads, v, power = model.loads, w.vectors, 0.0
+    places = loads.places
+    if len(places.each) == 0:
+        return power
     _take_places(model, places, q, qd)
     for k in range(len(places.each)):
         place, B, Bd = places.each[k], places.q[1:], places.qd[1:]
@@ -422,15 +427,11 @@ def _prescribe(model: NodalModel, t: float, spin: float, rank_one: float, w: Wor
 
 
 @jitable
-def _supplied_power(
-    shaking: Shaking | None, model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
-) -> float:
-    """Power (W) of the torque on the hub and of the inertia force by a shaken base.
-
-    The compiler drops the latter of a base that is not shaken.
-    """
+def _supplied_power(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
+    """Power (W) of the torque on the hub and of the inertia force by a shaken base."""
     power: float = model.numbers.torque * qd[0]
-    if shaking is None:
+    shaking = model.shaking
+    if stands_still(shaking):
         return power
     u, DB = model.vectors, w.vectors[SCRATCH_B]
     theta, spin = _frame(model, q, qd)
@@ -490,8 +491,8 @@ def nodal_damping(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
 def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill forces at (q, q')."""
     rank_one, damping = _forces(model, t, q, qd, w)
-    supplied = _supplied_power(model.shaking, model, t, q, qd, w)
-    supplied += _apply_loads(model.loads, model, t, q, qd, w)
+    supplied = _supplied_power(model, t, q, qd, w)
+    supplied += _apply_loads(model, t, q, qd, w)
     if model.numbers.root == DRIVEN:
         supplied += _prescribe(model, t, qd[0], rank_one, w)
         rank_one = 0.0
@@ -512,9 +513,9 @@ def take_nodal_residual(model: NodalModel, t: float, q: Array, qd: Array, qdd: A
 @jitable
 def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Supplied power at (q, q')."""
-    if model.numbers.root == DRIVEN or model.loads is not None:
+    if model.numbers.root == DRIVEN or len(model.loads.places.each) > 0:
         return evaluate_nodal(model, t, q, qd, w)
-    return Evaluation(0.0, _supplied_power(model.shaking, model, t, q, qd, w), 0.0)
+    return Evaluation(0.0, _supplied_power(model, t, q, qd, w), 0.0)
 
 
 @jitable

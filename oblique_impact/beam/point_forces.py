@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.time_course import TimeCourse, value_at
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import by_reference, jitable
 from oblique_impact.kernels.workspace import Array, record_of
 
 if TYPE_CHECKING:
@@ -62,8 +62,12 @@ class PointForces(NamedTuple):
         return np.array([complex(*force_in_frame(self, i, *state)) for state in states])
 
 
+#: kernels have forces, so that they are compiled once for beams with and without
+NO_FORCES = PointForces(np.zeros(0, FORCE).view(np.recarray), np.zeros((0, 2)), 1.0)
+
+
 def forces_of(scenario: Scenario, kept: float = 1.0) -> PointForces | None:
-    """Return the forces of a scenario; None if there are none, which costs kernels nothing."""
+    """Return the forces of a scenario; None if there are none."""
     records, rows = [], list[tuple[float, float]]()
     for item in scenario.acting_forces:
         values = {
@@ -88,7 +92,7 @@ def force_value(forces: PointForces, i: int, t: float) -> float:
     """Force i (N) at an instant (s), along its direction."""
     force = forces.each[i]
     rows = forces.table[force.first : force.last]
-    return value_at(TimeCourse(force.amplitude, force.frequency, force.sweep_rate, rows), t)
+    return value_at(by_reference(TimeCourse(force.amplitude, force.frequency, force.sweep_rate, rows)), t)
 
 
 @jitable

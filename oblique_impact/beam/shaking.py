@@ -35,13 +35,23 @@ class Shaking(NamedTuple):
         return self.acceleration.breakpoints
 
 
+#: of a base that stands still: kernels have a shaking, so that they are compiled once for both
+STILL = Shaking(1.0, 0.0, TimeCourse.of(0.0, 0.0, 0.0, ()))
+
+
 def shaking_of(scenario: Scenario) -> Shaking | None:
-    """Return the shaking of a scenario; None if its base stands still, which costs kernels nothing."""
+    """Return the shaking of a scenario; None if its base stands still."""
     base = scenario.base
     if not base.is_shaken:
         return None
     course = TimeCourse.of(base.acceleration, base.frequency, base.sweep_rate, base.table)
     return Shaking(math.cos(base.direction), math.sin(base.direction), course)
+
+
+@inlined
+def stands_still(shaking: Shaking) -> bool:
+    """Whether the base is not shaken at all."""
+    return shaking.acceleration.amplitude == 0.0 and shaking.acceleration.table.shape[0] == 0
 
 
 @jitable
@@ -57,13 +67,13 @@ def direction_in_frame(shaking: Shaking, c: Any, s: Any) -> tuple[Any, Any]:
 
 
 @jitable
-def weight_in_frame(shaking: Shaking | None, gravity: float, t: float, theta: float) -> tuple[float, float, float]:
+def weight_in_frame(shaking: Shaking, gravity: float, t: float, theta: float) -> tuple[float, float, float]:
     """Factors g, c and s of the weight of a unit mass, -g s along x and -g c along y of a frame at `theta` (rad).
 
-    On a shaken base the inertia force is part of it; g is 1 then.  The compiler drops one of the two branches.
+    On a shaken base the inertia force is part of it; g is 1 then.
     """
     c, s = np.cos(theta), np.sin(theta)
-    if shaking is None:
+    if stands_still(shaking):
         return gravity, c, s
     along, across = direction_in_frame(shaking, c, s)
     a = base_acceleration(shaking, t)

@@ -11,7 +11,7 @@ from typing import Any
 
 from numba import _dynfunc
 from numba.core.codegen import CPUCodeLibrary, JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
 
@@ -68,8 +68,53 @@ class _InnerLowering(NativeLowering):
         return True
 
 
+class _CalleeFlags(Flags):
+    """The options that callees inherit, the same for all callers.
+
+    numba keeps what it has compiled by the types of arguments and by these options.  With those of each caller a
+    function would be compiled again for each kind of caller, and hashing them takes a tenth of the time.
+    """
+
+    __hash__ = object.__hash__
+    __eq__ = object.__eq__
+
+
+_callee_flags = _CalleeFlags()
+
+
+class _CallerFlags(Flags):
+    """The options of a function, of which callees are shown a copy."""
+
+    def copy(self) -> _CalleeFlags:
+        """Return the options that callees inherit."""
+        if not _callee_flags.is_set("error_model"):
+            _callee_flags.error_model, _callee_flags.fastmath = self.error_model, self.fastmath
+            _callee_flags.forceinline = _callee_flags.nrt = False
+        return _callee_flags
+
+
+class KernelCompiler(Compiler):
+    """The compiler's usual passes for a kernel, which shares its callees with inner functions."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _CallerFlags(self.state.flags)
+
+
+#: passes for what numeric source does without: closures, generators, `with`, expressions of whole arrays, reports
+_NEEDLESS = {
+    *("WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "InlineOverloads"),
+    *("FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "RewriteDynamicRaises"),
+    *("NopythonRewrites", "NoPythonSupportedFeatureValidation", "AnnotateTypes", "DumpParforDiagnostics"),
+}
+
+
 class InnerCompiler(CompilerBase):
-    """The compiler's usual passes with an :class:`InnerLibrary`."""
+    """The compiler's usual passes but for needless ones, with an :class:`InnerLibrary`."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _CallerFlags(self.state.flags)
 
     def define_pipelines(self) -> list[Any]:
         """Return the passes."""
@@ -77,8 +122,11 @@ class InnerCompiler(CompilerBase):
         state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         pipeline = DefaultPassBuilder.define_nopython_pipeline(state)
         pipeline.passes = [
-            (_InnerLowering, words) if kind is NativeLowering else (kind, words) for kind, words in pipeline.passes
+            (_InnerLowering, words) if kind is NativeLowering else (kind, words)
+            for kind, words in pipeline.passes
+            if kind.__name__ not in _NEEDLESS
         ]
+        pipeline._ENFORCING = False  # it would look for the lives of variables again after every pass
         return [pipeline]
 
 

@@ -41,18 +41,23 @@ F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)
 
 # Divisions by zero give infinities, as in NumPy, and the step control sees them.
-_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract"}}
-#: of what only kernels call, which needs no entry from Python or C
-_INNER_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": {"reassoc", "contract"},
+    "no_cfunc_wrapper": True,  # nothing in C calls kernels
+}
+#: of what only kernels call, which needs no entry from Python either
+_INNER_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
 
 try:
-    from oblique_impact.kernels.inner import OPTIONS
+    from oblique_impact.kernels.inner import OPTIONS, KernelCompiler
 
     numba.njit(**_OPTIONS | OPTIONS)(lambda: None)
 except Exception as missing:  # whatever a later numba makes of names that it does not know
     logging.getLogger(__name__).info("oblique-impact: numba is used in its plain way: %s", missing)
 else:
     _INNER_OPTIONS |= OPTIONS
+    _OPTIONS |= {"pipeline_class": KernelCompiler}
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = (
@@ -73,7 +78,7 @@ _NUMERIC_SOURCE = (
 
 def jitable(function: F) -> F:
     """Mark `function` as numeric source: interpreted from Python, compiled from a kernel."""
-    decorated: F = register_jitable(**_INNER_OPTIONS)(function)
+    decorated: F = register_jitable(forceinline=False, **_INNER_OPTIONS)(function)
     return decorated
 
 
@@ -133,7 +138,7 @@ event.register("numba:compile", _compilations)
 
 
 class Kernel:
-    """An entry point of the compiled source; its first argument is the mechanical system.
+    """An entry point of the compiled source; its first argument is the mechanical system, or has one.
 
     Packed systems (named tuples) run compiled, cached on disk; a system in plain Python runs interpreted.
 
@@ -196,9 +201,12 @@ def is_compiled(system: Any) -> bool:
 
 
 def _described(name: str, arguments: Sequence[Any]) -> str:
-    """Return the name of a kernel with what the classes of its arguments, named tuples, say that they are."""
-    kinds = (getattr(getattr(kind, "instance_class", None), "described", "") for kind in arguments)
-    found = ", ".join(filter(None, kinds))
+    """Return the name of a kernel with what the classes of its arguments, or their systems, say that they are."""
+    tuples = [kind for kind in arguments if isinstance(kind, types.BaseNamedTuple)]
+    systems = [dict(zip(kind.fields, kind.types, strict=True)).get("system", kind) for kind in tuples]
+    found = ", ".join(
+        filter(None, (getattr(getattr(kind, "instance_class", None), "described", "") for kind in systems))
+    )
     return f"{name} for {found}" if found else name
 
 

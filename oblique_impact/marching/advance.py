@@ -12,7 +12,15 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, OK
-from oblique_impact.kernels.jit import by_reference, compiled_protocol, inlined, jitable, kernel, vectorized
+from oblique_impact.kernels.jit import (
+    by_reference,
+    compiled_protocol,
+    inlined,
+    is_compiled,
+    jitable,
+    kernel,
+    vectorized,
+)
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, OutputSamples, Scratch, new_sample
 
@@ -205,12 +213,12 @@ def advance(stepper: Stepper, start: StepState, y: Array) -> _Returned:
 
 
 @kernel("the march")
-def _march(system: Any, stepper: Stepper, start: StepState, y: Array) -> _Returned:
+def _march(stepper: Stepper, start: StepState, y: Array) -> _Returned:
     return advance(by_reference(stepper), start, by_reference(y))
 
 
 def march(stepper: Stepper, start: StepState, y: Array) -> MarchResult:
     """Call :func:`advance`, compiled if that is possible."""
-    compiled = isinstance(stepper, tuple)
-    found = _march(stepper.system, stepper, start, y) if compiled else advance(stepper, start, y)
+    compiled = isinstance(stepper, tuple) and is_compiled(stepper.system)
+    found = _march(stepper, start, y) if compiled else advance(stepper, start, y)
     return MarchResult(found[0], found[1], StepState(*found[2]), *found[3:])

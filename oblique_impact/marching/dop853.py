@@ -1,7 +1,7 @@
 """One step of the explicit Runge-Kutta method of order 8(5,3) with dense output of order 7.
 
 Dormand and Prince's method as given by Hairer, Norsett, Wanner, Solving Ordinary Differential
-Equations I, Sec. II.5 and II.10; the coefficients are those of `scipy.integrate.DOP853`.
+Equations I, Sec. II.5 and II.10; the coefficients are those of `scipy.integrate.DOP853` (`dop853_table`).
 """
 
 from __future__ import annotations
@@ -9,13 +9,17 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from oblique_impact.contact.forces import is_free, nearest
 from oblique_impact.contact.state import GUARDS, Contacts
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy
 from oblique_impact.marching.buffers import Scratch, guard_count
+from oblique_impact.marching.dop853_table import E3 as _E3
+from oblique_impact.marching.dop853_table import E5 as _E5
+from oblique_impact.marching.dop853_table import A as _A
+from oblique_impact.marching.dop853_table import C as _C
+from oblique_impact.marching.dop853_table import D as _D
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
     OF_A_CONTACT,
@@ -25,20 +29,9 @@ from oblique_impact.marching.equations import (
 )
 
 ORDER = 8
-STAGES = DOP853.n_stages  # 12
-DENSE_STAGES = STAGES + 1 + len(DOP853.C_EXTRA)  # 16: the derivative at the end of the step, three stages more
+STAGES = 12
+DENSE_STAGES = STAGES + 4  # the derivative at the end of the step, three stages more
 DENSE_TERMS = 7
-
-
-def _whole_tableau() -> tuple[Array, Array]:
-    """Return A (16, 16) and C (16,) of all stages: SciPy keeps those of the dense output apart."""
-    a = np.zeros((DENSE_STAGES, DENSE_STAGES))
-    a[:STAGES, :STAGES], a[STAGES, :STAGES], a[STAGES + 1 :] = DOP853.A, DOP853.B, DOP853.A_EXTRA
-    return a, np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
-
-
-_A, _C = _whole_tableau()
-_E3, _E5, _D = np.asarray(DOP853.E3), np.asarray(DOP853.E5), np.asarray(DOP853.D)
 
 
 class Stages(NamedTuple):

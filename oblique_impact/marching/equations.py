@@ -12,7 +12,7 @@ import numpy as np
 
 from oblique_impact.contact.forces import accelerate, lambda_n
 from oblique_impact.contact.state import DIRECTION, FREE, Candidate, Contacts
-from oblique_impact.kernels.jit import by_reference, inlined, jitable, kernel
+from oblique_impact.kernels.jit import by_reference, inlined, jitable
 from oblique_impact.kernels.workspace import ACCELERATION, Array, Workspace, dot
 
 # integrals over time of a run: losses (J) by the system's own damping, by the constraints' stabilization and the
@@ -90,9 +90,3 @@ def derivative(system: Any, contacts: Contacts, t: float, y: Array, w: Workspace
         contacts, damping, supplied, qd, dy[2 * d : 2 * d + QUADRATURES + OF_A_CONTACT * len(contacts.each)]
     )
     return status
-
-
-@kernel("the equations")
-def take_derivative(system: Any, contacts: Contacts, t: float, y: Array, w: Workspace, dy: Array) -> int:
-    """Call :func:`derivative` from Python."""
-    return derivative(by_reference(system), by_reference(contacts), t, y, by_reference(w), dy)

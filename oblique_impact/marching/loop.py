@@ -43,12 +43,11 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
     TANGENTIAL_IMPULSE,
     TRAVEL,
-    take_derivative,
 )
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
-from oblique_impact.marching.sampling import Observation, observe, solve_problem
+from oblique_impact.marching.sampling import Observation, observe, solve_problem, take_derivative
 from oblique_impact.marching.scheme import Prepared, Task
 from oblique_impact.marching.search import nearby
 from oblique_impact.marching.segments import inside_cones, segment_of

@@ -28,25 +28,6 @@ class Observation(NamedTuple):
         return self.contacts[:, :, OBSERVED.index(name)]
 
 
-@kernel("the contact problem")
-def solve_problem(
-    system: Any, contacts: Contacts, t: float, q: Array, qd: Array, w: Workspace, rank_one: Array
-) -> bool:
-    """Evaluate and solve for the contacts that are not free, without their forces; False without a definite mass.
-
-    The coefficient of the mass's rank-one part goes into `rank_one` (1,).
-    """
-    system, contacts, w = by_reference(system), by_reference(contacts), by_reference(w)
-    e = system.evaluate(t, q, qd, w)
-    touch_contacts(system, contacts, t, q, qd, w)
-    add_push(contacts, w)
-    rank_one[0] = e.rank_one
-    if not system.solve_mass(e.rank_one, w, contacts, True):
-        return False
-    take_delassus(contacts, w.vectors[FREE_ACCELERATION])
-    return True
-
-
 @jitable
 def _inside_cone(c: Candidate, normal: float, tangential: float) -> tuple[float, float]:
     """Return forces (N) of a closed contact, means that a scheme reports, inside of the friction cone.
@@ -75,8 +56,20 @@ def _keep(c: Candidate, normal: float, tangential: float, found: Array, pressed:
         pressed[1], pressed[2] = max(0.0, max(0.0, c.depth) - c.compliance * c.rest_force), c.rest_force
 
 
-@kernel("the sampling")
-def observe_into(
+@jitable
+def _solve(system: Any, contacts: Contacts, t: float, q: Array, qd: Array, w: Workspace, rank_one: Array) -> bool:
+    e = system.evaluate(t, q, qd, w)
+    touch_contacts(system, contacts, t, q, qd, w)
+    add_push(contacts, w)
+    rank_one[0] = e.rank_one
+    if not system.solve_mass(e.rank_one, w, contacts, True):
+        return False
+    take_delassus(contacts, w.vectors[FREE_ACCELERATION])
+    return True
+
+
+@jitable
+def _observe(
     system: Any,
     contacts: Contacts,
     times: Array,
@@ -87,18 +80,6 @@ def observe_into(
     found: Array,
     pressed: Array,
 ) -> None:
-    """Accelerations, contact forces and kinematics at samples, the contacts in their states.
-
-    A scheme's own accelerations and forces are taken where it keeps them behind the quadratures; at the start of
-    a phase there are none (NaN).  Where no contact force exists (the run ends there) the kinematics are kept, the
-    rest is NaN.
-    """
-    system, contacts, w, states = (
-        by_reference(system),
-        by_reference(contacts),
-        by_reference(w),
-        by_reference(states),
-    )
     d, n = qdd.shape[1], found.shape[1]
     tail = 2 * d + QUADRATURES + OF_A_CONTACT * n
     for i in range(times.shape[0]):
@@ -125,10 +106,70 @@ def observe_into(
                 _keep(c, np.nan, np.nan, found[i, k], pressed[i, k])
 
 
+#: what is asked of a state; one kernel answers, as nearly all that it calls is the same
+_PROBLEM, _RATES, _SAMPLES = 0, 1, 2
+
+
+@kernel("the contact problem")
+def _read(
+    system: Any,
+    contacts: Contacts,
+    question: int,
+    times: Array,
+    states: Array,
+    w: Workspace,
+    rates: Array,
+    qdd: Array,
+    found: Array,
+    pressed: Array,
+) -> int:
+    system, contacts, w, states = (
+        by_reference(system),
+        by_reference(contacts),
+        by_reference(w),
+        by_reference(states),
+    )
+    if question == _SAMPLES:
+        _observe(system, contacts, times, states, w, rates, qdd, found, pressed)
+        return 0
+    y = states[0]
+    if question == _RATES:
+        return derivative(system, contacts, times[0], y, w, rates)
+    d = qdd.shape[1]
+    return int(_solve(system, contacts, times[0], y[:d], y[d : 2 * d], w, rates))
+
+
+def _ask(system: Any, contacts: Contacts, question: int, t: float, y: Array, w: Workspace, rates: Array) -> int:
+    nothing = np.empty((0, 0, 0))
+    qdd = np.empty((0, w.vectors.shape[1]))
+    found: int = _read(system, contacts, question, np.array([t]), y[None], w, rates, qdd, nothing, nothing)
+    return found
+
+
+def solve_problem(
+    system: Any, contacts: Contacts, t: float, q: Array, qd: Array, w: Workspace, rank_one: Array
+) -> bool:
+    """Evaluate and solve for the contacts that are not free, without their forces; False without a definite mass.
+
+    The coefficient of the mass's rank-one part goes into `rank_one` (1,).
+    """
+    return bool(_ask(system, contacts, _PROBLEM, t, np.concatenate((q, qd)), w, rank_one))
+
+
+def take_derivative(system: Any, contacts: Contacts, t: float, y: Array, w: Workspace, dy: Array) -> int:
+    """Call :func:`derivative` from Python."""
+    return _ask(system, contacts, _RATES, t, y, w, dy)
+
+
 def observe(system: Any, contacts: Contacts, times: Array, states: Array, w: Workspace) -> Observation:
-    """Observe samples: times (samples,) and state vectors (samples, ny)."""
+    """Observe samples: times (samples,) and state vectors (samples, ny), the contacts in their states.
+
+    A scheme's own accelerations and forces are taken where it keeps them behind the quadratures; at the start of
+    a phase there are none (NaN).  Where no contact force exists (the run ends there) the kinematics are kept, the
+    rest is NaN.
+    """
     count, d, n = times.size, w.vectors.shape[1], len(contacts.each)
     sizes = (count, d), (count, n, len(OBSERVED)), (count, n, len(PRESSED))
     found = Observation(*map(np.empty, sizes))
-    observe_into(system, contacts, times, states, w, np.empty(states.shape[1]), *found)
+    _read(system, contacts, _SAMPLES, times, states, w, np.empty(states.shape[1]), *found)
     return found

@@ -57,6 +57,14 @@ def test_help_imports_no_numerics():
     assert python(code).stdout.strip() == "[]"
 
 
+def test_a_run_loads_no_integrators_of_scipy():
+    code = (
+        "import sys, oblique_impact as o; o.simulate(o.Scenario.builtin('paper', ['end_time=1e-3'])); "
+        "print([m for m in ('integrate', 'interpolate', 'optimize') if f'scipy.{m}' in sys.modules])"
+    )
+    assert python(code).stdout.strip() == "[]"
+
+
 @pytest.mark.parametrize("threads", ["", "2"])
 def test_linear_algebra_has_one_thread_unless_somebody_wants_more(threads, monkeypatch):
     """Threads only wait for each other with matrices as small as here: a third of the time of a run was that."""

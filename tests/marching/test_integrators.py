@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, solve_ivp
 from scipy.special import ellipj, ellipk, ellipkinc
 
 from oblique_impact import MechanicalSystem, simulate_system
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.kernels.system import ContactRows
+from oblique_impact.marching import dop853_table
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
@@ -32,6 +33,15 @@ def test_samples_are_multiples_of_the_interval_and_the_two_sides_of_events():
         grid = np.setdiff1d(time, [*events, *np.nextafter(events, 1.0)])
         assert np.allclose(grid, 0.02 * np.arange(26)[np.isin(np.arange(26), np.round(grid / 0.02))], atol=1e-15)
         assert grid.size >= 25
+
+
+def test_the_coefficients_are_those_of_scipy():
+    a = np.zeros((16, 16))
+    a[:12, :12], a[12, :12], a[13:] = DOP853.A, DOP853.B, DOP853.A_EXTRA
+    assert np.array_equal(dop853_table.A, a)
+    assert np.array_equal(dop853_table.C, [*DOP853.C, 1.0, *DOP853.C_EXTRA])
+    for name in ("E3", "E5", "D"):
+        assert np.array_equal(getattr(dop853_table, name), getattr(DOP853, name))
 
 
 # Located events ------------------------------------------------------------------------------------------------
