@@ -178,8 +178,7 @@ class Composer:
             part = chart.past(time)
             frame[part] = self._past[part]
             chart.cursor_to(time)
-        # with four channels, whose rows are copied as a whole: a third of the time
-        picture = np.asarray(self.scene.picture(time).convert("RGBA"))
+        picture = self.scene.draw(time)
         for (left, top, width, height), *_ in self._panels:
             part = slice(top, top + height), slice(left, left + width)
             frame[part] = picture[part]
