@@ -97,6 +97,7 @@ class BeamGeometry:
         self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
+        self._last_axis: tuple[float, Array] = np.nan, np.zeros((0, 3))
         self._places = contact_places(self.scenario)
         found, asked = history.data.sizes["contact"], len(self._places)
         if found != asked:
@@ -437,8 +438,12 @@ class BeamGeometry:
         return BentBeam.of_history(self.scenario, sample)
 
     def centreline(self, k: float) -> Array:
-        """Return the drawn axis at sample k, (stations, 3)."""
-        return np.insert(self.magnify(self.stations_at(k), self.factor), 2, 0.0, axis=1)
+        """Return the drawn axis at sample k, (stations, 3), to be read only."""
+        last, axis = self._last_axis
+        if last != k:  # a frame asks for it a dozen times
+            axis = np.insert(self.magnify(self.stations_at(k), self.factor), 2, 0.0, axis=1)
+            self._last_axis = k, axis
+        return axis
 
     def chord(self, axes: Array) -> Array:
         """Return the stations on the lines through root and contact point of axes, both (..., stations, 2)."""

@@ -10,7 +10,6 @@ import pyvista as pv
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from oblique_impact.renders.geometry import BeamGeometry, Zone
@@ -101,7 +100,7 @@ class Scene:
         wide, high = window.GetSize()
         # the pixels as they are, from the lowest row up: a screenshot copies them four times
         window.GetRGBACharPixelData(0, 0, wide - 1, high - 1, 0, self._pixels)
-        large = Image.frombuffer("RGBX", (wide, high), vtk_to_numpy(self._pixels), "raw", "RGBX", 0, 1)
+        large = Image.frombuffer("RGBX", (wide, high), pv.convert_array(self._pixels), "raw", "RGBX", 0, 1)
         picture = np.array(large.reduce(SUPERSAMPLING))[::-1]
         picture[..., 3] = 255
         return picture
