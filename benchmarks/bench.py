@@ -20,6 +20,7 @@ from oblique_impact.machine import THREADS
 os.environ.update(dict.fromkeys(THREADS, "1"))  # before anything loads NumPy
 
 import work_precision
+from films import film_costs
 from measuring import (
     OLD,
     march_cost,
@@ -194,6 +195,11 @@ def files(turns: int) -> Iterator[Row]:
             yield f"{what} a history of `paper` over {OLD}", median_ratio(turns, now, then), aim
 
 
+def films(turns: int) -> Iterator[Row]:
+    """Yield a film over a bare loop of PyVista."""
+    yield "film of `paper` over a bare PyVista loop", median_ratio(min(turns, 3), *film_costs()), "1.3"
+
+
 # Others ---------------------------------------------------------------------------------------------------------
 
 SWEEP = """
@@ -236,7 +242,7 @@ def others(turns: int) -> Iterator[Row]:
 def main(turns: int = 5) -> None:
     """Measure, keep and print."""
     rows = []
-    for group in (start_up, many_modes, nodal_steps, time_stepping, files, sweeps, others):
+    for group in (start_up, many_modes, nodal_steps, time_stepping, files, films, sweeps, others):
         for what, ratio, aim in group(turns):
             rows.append((what, f"{ratio:.3g}", aim))
             print(f"{what}: {ratio:.3g}", flush=True)

@@ -37,8 +37,8 @@ class Sheet:
         self.figure.set_facecolor(self.theme.background)
         self._canvas: Any = FigureCanvasAgg(self.figure)
         self._moving: list[Any] = []
-        #: of texts that may change: what was written last, where, and its pixels
-        self._written: dict[Text, tuple[Any, tuple[slice, slice], NDArray[np.uint8]] | None] = {}
+        #: of texts that may change: what was written last, and its pixels with their place if it was twice
+        self._written: dict[Text, tuple[Any, tuple[tuple[slice, slice], NDArray[np.uint8]] | None]] = {}
 
     def points(self, size: float) -> float:
         """Return the size (points) on this sheet of text that has some size at the letters of `TEXT`."""
@@ -76,7 +76,7 @@ class Sheet:
     def rewrite(self, text: Text) -> None:
         """Write a text in each frame that may change, over pixels of the canvas that do not."""
         text.set_animated(True)
-        self._written[text] = None
+        self._written[text] = None, None
 
     def width_of(self, text: Text) -> float:
         """Return the width (pixels) of what is written."""
@@ -151,13 +151,18 @@ class Sheet:
 
     def _write_again(self, text: Text) -> None:
         """Draw a text, or copy its pixels if it has not changed, which takes a tenth of the time."""
-        now, before = (text.get_text(), text.get_color()), self._written[text]
-        if before and before[0] == now:
-            _, part, pixels = before
-            self.canvas[part] = pixels
+        now, (before, pixels) = (text.get_text(), text.get_color()), self._written[text]
+        if now == before and pixels:
+            part, known = pixels
+            self.canvas[part] = known
             return
         self.figure.draw_artist(text)
-        box = text.get_window_extent(self._canvas.get_renderer()).padded(_INK)
-        x, y = (np.clip((box.x0, box.x1), 0.0, self.size[0]), np.clip((box.y0, box.y1), 0.0, self.size[1]))
-        part = slice(int(self.size[1] - y[1]), math.ceil(self.size[1] - y[0])), slice(int(x[0]), math.ceil(x[1]))
-        self._written[text] = now, part, self.canvas[part].copy()
+        # pixels are kept from the second time on: a text that always changes does without
+        self._written[text] = now, self._around(text) if now == before else None
+
+    def _around(self, text: Text) -> tuple[tuple[slice, slice], NDArray[np.uint8]]:
+        """Return the part of the canvas that a text covers, and its pixels."""
+        box, high = text.get_window_extent(self._canvas.get_renderer()).padded(_INK), self.size[1]
+        rows = slice(max(math.floor(high - box.y1), 0), max(math.ceil(high - box.y0), 0))
+        columns = slice(max(math.floor(box.x0), 0), max(math.ceil(box.x1), 0))
+        return (rows, columns), self.canvas[rows, columns].copy()
