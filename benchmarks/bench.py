@@ -20,7 +20,18 @@ from oblique_impact.machine import THREADS
 os.environ.update(dict.fromkeys(THREADS, "1"))  # before anything loads NumPy
 
 import work_precision
-from measuring import march_cost, median_ratio, print_table, process_cost, write_csv
+from films import film_costs
+from measuring import (
+    OLD,
+    march_cost,
+    median_ratio,
+    old_program,
+    print_table,
+    printed,
+    process_cost,
+    size_on_disk,
+    write_csv,
+)
 
 from oblique_impact import Scenario
 from oblique_impact.scenario.scenario import builtin_names
@@ -132,6 +143,63 @@ def time_stepping(turns: int) -> Iterator[Row]:
     yield "time-stepping, 1,024 over 128 elements, ten contacts", median_ratio(turns, fine, coarse), "10"
 
 
+# Files ----------------------------------------------------------------------------------------------------------
+
+#: print the processor seconds of a second call, which imports and compiles nothing
+SAVE = """
+import tempfile, time
+from oblique_impact import Scenario, simulate
+with tempfile.TemporaryDirectory() as folder:
+    for _ in range(2):
+        history = simulate(Scenario.builtin("paper"))
+        started = time.process_time()
+        history.save(folder)
+        cost = time.process_time() - started
+print(cost)
+"""
+LOAD = """
+import time
+from oblique_impact import History
+for _ in range(2):
+    started = time.process_time()
+    History.load({folder!r})
+    cost = time.process_time() - started
+print(cost)
+"""
+
+
+def files(turns: int) -> Iterator[Row]:
+    """Yield bytes and numbers of files of `paper`, and costs of its history, over those of the older program."""
+    with tempfile.TemporaryDirectory() as folder:
+        old = {**old_program(), "NUMBA_CACHE_DIR": f"{folder}/cache"}
+        programs = {"now": {}, "then": old}
+        sizes = dict[tuple[str, str], tuple[int, int]]()
+        for name, environment in programs.items():
+            here = Path(folder) / name
+            process_cost(["-m", "oblique_impact", "run", "paper", "--out", f"{here}/run"], **environment)
+            sizes[name, "history.nc"] = (here / "run" / "history.nc").stat().st_size, 1
+            for format in ("pvd", "xdmf"):
+                words = ["export", f"{here}/run", "--format", format, "--out", f"{here}/{format}/beam"]
+                (here / format).mkdir()
+                process_cost(["-m", "oblique_impact", *words], **environment)
+                sizes[name, format] = size_on_disk(here / format)
+        for what, aim in (("history.nc", "0.5"), ("pvd", "0.25"), ("xdmf", "0.333")):
+            ratio = sizes["now", what][0] / sizes["then", what][0]
+            yield f"bytes of `{what}` of `paper` over {OLD}", ratio, aim
+        yield f"files of `pvd` of `paper` over {OLD}", sizes["now", "pvd"][1] / sizes["then", "pvd"][1], "0.5"
+        for what, script, aim in (("saving", SAVE, "2"), ("loading", LOAD, "1.2")):
+            now, then = (
+                partial(printed, script.replace("{folder!r}", repr(f"{folder}/{name}/run")), **environment)
+                for name, environment in programs.items()
+            )
+            yield f"{what} a history of `paper` over {OLD}", median_ratio(turns, now, then), aim
+
+
+def films(turns: int) -> Iterator[Row]:
+    """Yield a film over a bare loop of PyVista."""
+    yield "film of `paper` over a bare PyVista loop", median_ratio(min(turns, 3), *film_costs()), "1.3"
+
+
 # Others ---------------------------------------------------------------------------------------------------------
 
 SWEEP = """
@@ -174,7 +242,7 @@ def others(turns: int) -> Iterator[Row]:
 def main(turns: int = 5) -> None:
     """Measure, keep and print."""
     rows = []
-    for group in (start_up, many_modes, nodal_steps, time_stepping, sweeps, others):
+    for group in (start_up, many_modes, nodal_steps, time_stepping, files, films, sweeps, others):
         for what, ratio, aim in group(turns):
             rows.append((what, f"{ratio:.3g}", aim))
             print(f"{what}: {ratio:.3g}", flush=True)

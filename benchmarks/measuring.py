@@ -35,6 +35,19 @@ def process_cost(arguments: list[str], **environment: str) -> float:
     return used() - before
 
 
+def printed(script: str, **environment: str) -> float:
+    """Return the number that a Python script prints, in a process of its own."""
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, **environment})
+    return float(done.stdout)
+
+
+def size_on_disk(folder: Path) -> tuple[int, int]:
+    """Return the bytes of the files in a folder, and how many they are."""
+    sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
+    return sum(sizes), len(sizes)
+
+
 OLD = "8ecdb343"  # what aims of speed are measured against
 PACKAGES = ("fem_beam", "modal", "renders", "validation")  # beside `oblique_impact`, of which they are parts
 

@@ -128,8 +128,9 @@ def compute_history(
         problem = replace(problem, breakpoints=(*problem.breakpoints, *stops))
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
-        variables = beam_variables(beam, samples)
-        forces = partial(section_forces, beam, samples, variables)
+        of_scenario = parts.discretization is None and parts.base_motion is None
+        variables = beam_variables(beam, samples, of_scenario)
+        forces = partial(section_forces, beam, samples.qdd, variables)
         history = beam_history(scenario, record, samples, variables, forces, wall, beam)
     given: dict[str, Any] = {name: repr(part) for name, part in parts.given().items()}
     if initial_state is not None:

@@ -26,6 +26,7 @@ from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import sides
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.outlines import few_sides
 from oblique_impact.renders.picture_files import made_by, warnings_of
 from oblique_impact.renders.scenery import block, pin
 from oblique_impact.renders.story import Story, story_of
@@ -38,7 +39,7 @@ Format = Literal["pvd", "xdmf", "csv"]
 # fields (time, side of a jump, number of the sample) and meshes of a frame, by the names of parts
 Frame = tuple[dict[str, Any], dict[str, pv.PolyData]]
 
-FRAMES = 1000  # of an export that asks for nothing else, besides those at events
+FRAMES = 500  # of an export that asks for nothing else, besides those at events; its film has 600
 #: formats, and what reads them
 READERS = {
     "pvd": "ParaView, PyVista",
@@ -72,7 +73,7 @@ _TIMES = (
     "these times, but that before 4 s the right side of a jump stands 8.9e-16 s after the left one."
 )
 _APART = 4.0 * float(np.finfo(float).eps)  # s: between two frames of XDMF, at least
-_FIXED = ("pin", "slope")  # parts that are the same in all frames
+_FIXED = ("reference", "pin", "slope")  # parts that are the same in all frames
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def export(
     format : {"pvd", "xdmf", "csv"}, optional
         Default: as the suffix of `out` says.
     every : int, optional
-        Every n-th sample, 1 for all; default: about 1000, half of them in contacts as in films, of CSV all.  Those
+        Every n-th sample, 1 for all; default: about 500, half of them in contacts as in films, of CSV all.  Those
         at events and jumps are all kept.
     between : tuple of float, optional
         First and last time (s).
@@ -274,13 +275,16 @@ def _surface(geometry: BeamGeometry, k: float) -> pv.PolyData:
 def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterator[Frame]:
     """Yield the frames: the beam three times, its pin if it has one, and with contact its point and the slope.
 
-    The beam is there as a swept tube, as its axis, a polyline, and in its initial shape.  The last one alone
-    carries `displacement`: its points do not move, and Warp By Vector makes them the true shape, in the colours of
-    the same results.  A deformation factor magnifies points; results, displacements among them, are never
-    magnified.  All cells carry the number of their part.
+    The beam is there as a swept tube, as its axis, a polyline, and in its initial shape, without results.  The
+    tube carries `displacement`, by which Warp By Vector magnifies its way from there.  A deformation factor
+    magnifies points; results, displacements among them, are never magnified.  All cells carry the number of their
+    part.
     """
-    geometry = story.geometries[0]
+    history = story.histories[0]
+    shape = history.scenario.beam.section.shape if history.scenario else ""
+    geometry = BeamGeometry(history, story.factor, sides=few_sides(shape))
     start = geometry.true.tube(0)[0]
+    initial = pv.PolyData(start, faces=geometry.solid.faces)
     # in triangles, as XDMF has no polygon of many corners, and without arrays
     blocks = [block(geometry, obstacle) for obstacle in story.obstacles]
     whole = [pv.merge(blocks).extract_surface(algorithm="dataset_surface")] if blocks else []
@@ -296,9 +300,7 @@ def _frames(story: Story, samples: Integers, on_progress: OnProgress) -> Iterato
         line = pv.PolyData(geometry.centreline(k), lines=[geometry.stations.size, *range(geometry.stations.size)])
         results = [name for name in QUANTITIES if not name.endswith("_stress")]
         line.point_data.update({name: geometry.along(name, k) for name in results})
-        initial = pv.PolyData(start, faces=geometry.solid.faces)
-        initial.point_data.update(surface.point_data)
-        initial.point_data["displacement"] = geometry.true.tube(k)[0] - start
+        surface.point_data["displacement"] = geometry.true.tube(k)[0] - start
         parts = {"surface": surface, "centreline": line, "reference": initial}
         if foot:
             parts["pin"] = fixed[0]
@@ -371,7 +373,7 @@ def _run_fields(story: Story, parts: Iterable[str]) -> dict[str, str | float]:
 def _write_pvd(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]:
     """Write ParaView's list of files, and the folder of the same name with a .vtp file per part and frame.
 
-    Slope and pin are written once, with the field data that hold for all frames.
+    What stands still is written once, with the field data that hold for all frames.
     """
     folder = file.with_suffix("")
     folder.mkdir()
@@ -394,10 +396,13 @@ def _vtp(mesh: pv.PolyData) -> bytes:
     """Return a mesh as the content of a .vtp file: VTK's writer crashes on a disk that is full."""
     writer = vtkXMLPolyDataWriter()
     writer.SetInputData(mesh)
-    writer.SetDataModeToBinary()
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOff()  # bytes as they are, three quarters of their text
+    writer.SetCompressorTypeToZLib()
     writer.SetWriteToOutputString(True)
     writer.Write()
-    return str(writer.GetOutputString()).encode()
+    content = writer.GetOutputString()  # bytes, but where they happen to be text
+    return content.encode() if isinstance(content, str) else bytes(content)
 
 
 def _add_fields(mesh: pv.PolyData, fields: Mapping[str, str | float]) -> None:
@@ -409,6 +414,9 @@ def _add_fields(mesh: pv.PolyData, fields: Mapping[str, str | float]) -> None:
             mesh.GetFieldData().AddArray(array)
         else:
             mesh.field_data[name] = [value]
+
+
+_POSITION = {"Name": "position", "AttributeType": "Vector", "Center": "Node"}  # of points, as meshio writes it
 
 
 class _Numbers(FileIO):
@@ -447,7 +455,8 @@ class _Writer(meshio.xdmf.TimeSeriesWriter):  # type: ignore[misc]
     def __enter__(self) -> _Writer:
         self.h5_filename = self.filename.with_suffix(".h5").name
         self._numbers = _Numbers(self.filename.with_suffix(".h5"), "w+")
-        self.h5_file = h5py.File(self._numbers, "w")
+        # the format of HDF5 1.10, in which each compressed array does without a tree of its chunks, 2 kB
+        self.h5_file = h5py.File(self._numbers, "w", libver=("v110", "v110"))
         return self
 
     def __exit__(self, *raised: object) -> None:
@@ -483,6 +492,7 @@ def _write_xdmf(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]
             stamp = max(fields["time"], stamp + _APART)
             if not collections:
                 _add_information(writer.domain, _run_fields(story, parts))
+                kept = dict[str, list[Any]]()  # elements of what stands still
                 kind = {"GridType": "Collection", "CollectionType": "Temporal"}
                 for name in reversed(parts):
                     collections[name] = ElementTree.SubElement(writer.domain, "Grid", kind, Name=name)
@@ -493,11 +503,19 @@ def _write_xdmf(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]
                 ElementTree.SubElement(grid, "Time", Value=repr(stamp))
                 _add_information(grid, fields)
                 grid.extend(cells[name])
+                if name in kept:
+                    grid.extend(kept[name])
+                    continue
+                shape = ElementTree.Element("Grid")
                 points = np.asarray(mesh.points)
-                writer.points(grid, points)
-                writer.point_data(
-                    dict(mesh.point_data) | ({"position": points} if name == "surface" else {}), grid
-                )
+                writer.points(shape, points)
+                if name in _FIXED:
+                    kept[name] = list(shape)
+                if name == "surface":
+                    position = ElementTree.SubElement(shape, "Attribute", _POSITION)
+                    position.extend(shape[0])  # the same numbers
+                writer.point_data(dict(mesh.point_data), shape)
+                grid.extend(shape)
     return [file.with_suffix(".h5"), file]
 
 

@@ -51,7 +51,12 @@ class Composer:
         if plan.inset:
             self._panels.append(Panel(self._describe_inset(plan.inset), numbers, close=True))
         bottom = plan.charts[0][1] if plan.charts else style.size[1]
-        self.scene = Scene(story, self._panels, (style.size[0], bottom))
+        self._first = min(panel.box[1] for panel in self._panels)  # row of the scene
+        self.scene = Scene(
+            story,
+            [p._replace(box=(p.box[0], p.box[1] - self._first, *p.box[2:])) for p in self._panels],
+            (style.size[0], bottom - self._first),
+        )
         for box, view in zip(plan.views, self.scene.views, strict=False):
             if style.text:
                 self._add_scale_bar(box, view)
@@ -166,7 +171,7 @@ class Composer:
     def _keep(self, name: str, text: Text) -> None:
         """Redraw a text in each frame."""
         self._texts[name] = text
-        self.sheet.move(text)
+        self.sheet.rewrite(text)
 
     # Frames ---------------------------------------------------------------------------------------------------
 
@@ -178,11 +183,10 @@ class Composer:
             part = chart.past(time)
             frame[part] = self._past[part]
             chart.cursor_to(time)
-        # with four channels, whose rows are copied as a whole: a third of the time
-        picture = np.asarray(self.scene.picture(time).convert("RGBA"))
+        picture = self.scene.draw(time)
         for (left, top, width, height), *_ in self._panels:
-            part = slice(top, top + height), slice(left, left + width)
-            frame[part] = picture[part]
+            rows, columns = slice(top, top + height), slice(left, left + width)
+            frame[rows, columns] = picture[top - self._first : top - self._first + height, columns]
         for name, (text, colour) in self._words(time, rate).items():
             if name in self._texts:
                 self._texts[name].set(text=text, color=colour)

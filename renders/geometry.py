@@ -77,12 +77,15 @@ class BeamGeometry:
     """Shapes of the beam at the samples of a history.
 
     The deformation factor is chosen from the largest deviation of the run if none is given; the beam is drawn
-    `thickness` times as thick as it is.  Samples are numbers that may lie between two: there everything is linear.
+    `thickness` times as thick as it is, with so many `sides` around.  Samples are numbers that may lie between
+    two: there everything is linear.
 
     Raises InputError if the history is not one of a beam or the factor is not positive and finite.
     """
 
-    def __init__(self, history: History, factor: float | None = None, thickness: float = 1.0) -> None:
+    def __init__(
+        self, history: History, factor: float | None = None, thickness: float = 1.0, sides: int = SIDES
+    ) -> None:
         if history.scenario is None:
             raise InputError("history: it is not one of a beam")
         for name in ("theta", "ux_dot", "lambda_n"):
@@ -90,10 +93,11 @@ class BeamGeometry:
                 raise InputError(f"history: has no variable {name!r}: it is not one of a beam")
         if factor is not None and not 0.0 < factor < np.inf:
             raise InputError(f"--deformation {factor}: should be a positive number")
-        self.history, self.thickness = history, thickness
+        self.history, self.thickness, self.sides = history, thickness, sides
         self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
+        self._last_axis: tuple[float, Array] = np.nan, np.zeros((0, 3))
         self._places = contact_places(self.scenario)
         found, asked = history.data.sizes["contact"], len(self._places)
         if found != asked:
@@ -140,7 +144,7 @@ class BeamGeometry:
     @cached_property
     def true(self) -> BeamGeometry:
         """The same beam without magnification."""
-        return self if self.factor == self.thickness == 1.0 else BeamGeometry(self.history, 1.0)
+        return self if self.factor == self.thickness == 1.0 else BeamGeometry(self.history, 1.0, 1.0, self.sides)
 
     def _fitting_factor(self) -> float:
         """Return the round number that shows the largest deviation of the run from the chord.
@@ -205,7 +209,7 @@ class BeamGeometry:
     @cached_property
     def near_edge(self) -> Array:
         """Distance (m) of the beam's near edge from the plane of motion, at the stations; 0 for a round beam."""
-        rings = self.solid.offsets[: SIDES * self.stations.size, 2].reshape(-1, SIDES)
+        rings = self.solid.offsets[: self.sides * self.stations.size, 2].reshape(-1, self.sides)
         return np.asarray(rings.max(axis=1) * has_corners(self.scenario.beam.section.shape))
 
     @property
@@ -434,8 +438,12 @@ class BeamGeometry:
         return BentBeam.of_history(self.scenario, sample)
 
     def centreline(self, k: float) -> Array:
-        """Return the drawn axis at sample k, (stations, 3)."""
-        return np.insert(self.magnify(self.stations_at(k), self.factor), 2, 0.0, axis=1)
+        """Return the drawn axis at sample k, (stations, 3), to be read only."""
+        last, axis = self._last_axis
+        if last != k:  # a frame asks for it a dozen times
+            axis = np.insert(self.magnify(self.stations_at(k), self.factor), 2, 0.0, axis=1)
+            self._last_axis = k, axis
+        return axis
 
     def chord(self, axes: Array) -> Array:
         """Return the stations on the lines through root and contact point of axes, both (..., stations, 2)."""
@@ -455,7 +463,7 @@ class BeamGeometry:
     def solid(self) -> Solid:
         """Points of the tube beside its axis, and its faces."""
         radii, mass_radius = self.radii / self.thickness, self.mass_radius / self.thickness
-        solid = solid_of(self.scenario.beam, self.stations, radii, mass_radius, self.flat_end)
+        solid = solid_of(self.scenario.beam, self.stations, radii, mass_radius, self.flat_end, self.sides)
         return solid._replace(offsets=self.thickness * solid.offsets)
 
     def tube(self, k: float) -> tuple[Array, Array]:
@@ -485,8 +493,8 @@ class BeamGeometry:
     def outline(self, k: float) -> Array:
         """Return the outline (points, 2) of the tube at sample k: along one side, around the tip and back."""
         points = self.tube(k)[0][:, :2]
-        sides = points[:-2].reshape(-1, SIDES, 2)
-        return np.concatenate([sides[:, 0], points[-2:-1], sides[::-1, SIDES // 2]])
+        rings = points[:-2].reshape(-1, self.sides, 2)
+        return np.concatenate([rings[:, 0], points[-2:-1], rings[::-1, self.sides // 2]])
 
     # Results --------------------------------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.events import Event
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
+from oblique_impact.history.variables import RATES_ALONG
 from oblique_impact.renders import panels
 from oblique_impact.renders.style import GREY
 from oblique_impact.scenario.messages import counted
@@ -308,10 +309,10 @@ def _on_common_clock(times: Pair, pairs: pd.DataFrame, length: float) -> Pair:
 
 def _names(history: History) -> list[str]:
     """Return the names of variables; those over time alone tell all of a single contact."""
-    if history.data.sizes.get("contact", 1) > 1:
-        return list(map(str, history.data))
-    kept = history.data.drop_dims("contact", errors="ignore").drop_vars("clearance_obstacle", errors="ignore")
-    return list(map(str, kept))
+    kept = history.data.drop_vars("qdd", errors="ignore")
+    if history.data.sizes.get("contact", 1) == 1:
+        kept = kept.drop_dims("contact", errors="ignore").drop_vars("clearance_obstacle", errors="ignore")
+    return [*map(str, kept), *(name for name in RATES_ALONG if name in history and name not in kept)]
 
 
 def _comparable(name: str, left: History, right: History) -> bool:

@@ -9,7 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact import Scenario
-from oblique_impact.history.variables import OF_A_FREE_BEAM
+from oblique_impact.history.variables import COMPUTED, OF_A_FREE_BEAM
 from oblique_impact.simulation import compute_history
 from oblique_impact.validation.studies.quantities import quantity_table
 
@@ -20,11 +20,14 @@ class HistoryVariables(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the table."""
         rows = ["| variable | dimensions | unit | meaning |", "| --- | --- | --- | --- |"]
-        for name, variable in compute_history(Scenario.builtin("paper", ["end_time=1e-4"])).data.variables.items():
+        history = compute_history(Scenario.builtin("paper", ["end_time=1e-4"]))
+        variables = {name: history[name] for name in history} | dict(history.section_forces().data_vars)
+        for name, variable in variables.items():
             unit, meaning, comment = (
                 str(variable.attrs.get(key, "")) for key in ("units", "long_name", "comment")
             )
             meaning = f"{meaning or '–'}{f' ({comment})' if comment else ''}"
+            meaning += " – computed when it is asked for" if name in COMPUTED else ""
             rows.append(f"| `{name}` | {', '.join(map(str, variable.dims))} | {unit or '–'} | {meaning} |")
         for name, known in OF_A_FREE_BEAM.items():
             meaning = f"{known.long_name} (of a beam that nothing holds)"

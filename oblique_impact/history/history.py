@@ -6,8 +6,8 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from html import escape
-from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,6 @@ import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from xarray.backends import H5NetCDFStore
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.bent_beam import BentBeam
@@ -37,15 +36,19 @@ from oblique_impact.history.events import (
     numbers_of,
 )
 from oblique_impact.history.interpolation import Side, dataset_at
-from oblique_impact.history.older_files import FORMAT_WITHOUT_CONTACTS, with_contacts
-from oblique_impact.history.samples import Column, Samples
+from oblique_impact.history.netcdf import netcdf_bytes, read_netcdf
+from oblique_impact.history.older_files import FORMAT_OF_WHOLE_FILES, FORMAT_WITHOUT_CONTACTS, with_contacts
+from oblique_impact.history.samples import Column, Samples, rates_along, section_forces
 from oblique_impact.history.summary import balance_text, require_summary, summarize
 from oblique_impact.history.variables import (
     ADDED_LATER,
+    COMPUTED,
     OF_A_BEAM,
     OF_A_FREE_BEAM,
     OF_A_SLOPE,
     OF_A_SYSTEM,
+    OF_FEW_COORDINATES,
+    RATES_ALONG,
     SECTION_FORCES,
     VARIABLES,
     dataset,
@@ -59,7 +62,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pyvista import PolyData
 
-FORMAT = "oblique-impact history 3"
+FORMAT = "oblique-impact history 4"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 #: larger numbers belong to no run; their squares overflow where lengths and energies are computed
 _LARGEST = np.float64(1e150)
@@ -78,7 +81,8 @@ class History:
     ----------
     data : xarray.Dataset
         Labelled samples with `units` and `long_name`; at a jump the left one stands at the time of the
-        event, the right one at the next larger floating-point number.
+        event, the right one at the next larger floating-point number.  The rates of `ux` and `uy` are not in it
+        where they follow from the coordinates: ``history["uy_dot"]`` computes them, once.
     events : list of Event
         The transitions in order of time.
     summary : dict
@@ -99,6 +103,8 @@ class History:
     contacts: list[Contact] = field(default_factory=list)
     #: of a beam: what computes its section forces, or these
     _section_forces: Callable[[], Mapping[str, Column]] | xr.Dataset | None = None
+    #: rates along the beam, once they were asked for
+    _rates: xr.Dataset | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         """Put the contacts in order: of several, the one that ends first was written down first."""
@@ -106,15 +112,28 @@ class History:
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history["theta"]``; raises KeyError."""
-        return self.data[name]
+        return (self._rates_along() if name in self._computed_rates else self.data)[name]
 
     def __contains__(self, name: object) -> bool:
         """Whether there is a variable of this name."""
-        return name in self.data.variables
+        return name in self.data.variables or name in self._computed_rates
 
     def __iter__(self) -> Iterator[str]:
         """Go over the names of all variables."""
-        return map(str, self.data.variables)
+        return map(str, (*self.data.variables, *self._computed_rates))
+
+    @property
+    def _computed_rates(self) -> tuple[str, ...]:
+        """Names of the variables that `_rates_along` has."""
+        follow = self.scenario is not None and "qdd" in self.data and "station" in self.data
+        return tuple(name for name in RATES_ALONG if follow and name not in self.data)
+
+    def _rates_along(self) -> xr.Dataset:
+        """Return the rates of the displacements along a beam of few coordinates, computed once."""
+        if self._rates is None:
+            assert self.scenario is not None
+            self._rates = dataset(rates_along(_beam_of(self.scenario), _values(self.data)))
+        return self._rates
 
     def __getstate__(self) -> dict[str, Any]:
         """Section forces are pickled in place of what computes them, which not every beam allows."""
@@ -220,7 +239,7 @@ class History:
     def section_forces(self) -> xr.Dataset:
         """Return bending moment, shear force, axial force and bending stress along the beam, (time, station).
 
-        The first call computes them, in about 0.1 s for 10,000 samples; a file of a history has them.
+        The first call computes them, in about 0.1 s for 10,000 samples.
         Raises InputError for a system that is no beam.
         """
         if self._section_forces is None:
@@ -239,7 +258,7 @@ class History:
         At an event that makes velocities jump, `side` chooses what is just before or just after it.  Raises
         InputError for a time outside of the run.
         """
-        return dataset_at(self.data, time, side)
+        return dataset_at(self.data.assign({name: self[name] for name in self._computed_rates}), time, side)
 
     def beam_at(self, time: float, side: Side = "right") -> NDArray[np.float64]:
         """Return the points (stations, 2) in m of the deformed axis in the inertial frame at a time (s).
@@ -287,6 +306,8 @@ class History:
         only some were replaced is known by the two.
         """
         whole = self.data if self.scenario is None else self.data.assign(self.section_forces())
+        if "qdd" in whole:
+            whole = whole.drop_vars(COMPUTED, errors="ignore")
         scenario = self.scenario_toml
         whole = whole.assign_attrs(
             format=FORMAT,
@@ -295,16 +316,9 @@ class History:
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
-        # made in memory: HDF5 crashes the process if it cannot write to a full disk.  `to_netcdf` would import
-        # Dask's scheduler where there is one, for a tenth of a second, and on a cluster ask it for a lock
-        netcdf = BytesIO()
-        store = H5NetCDFStore.open(netcdf, "w", lock=False)
-        whole.dump_to_store(store)
-        store.close()
-        netcdf.seek(0, os.SEEK_END)
-        netcdf.write(digest_line(netcdf.getvalue()))
+        netcdf = netcdf_bytes(whole)
         return {
-            "history.nc": netcdf.getvalue(),
+            "history.nc": netcdf + digest_line(netcdf),
             "scenario.toml": scenario.encode(),
             "events.csv": self.events_csv().encode(),
             "summary.json": _summary_json(self.summary).encode(),
@@ -332,7 +346,8 @@ class History:
                 with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
                     opened.visititems(lambda name, item: None)
             # without phony_dims a variable that has lost its dimensions prints a warning; it is refused below
-            found = cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
+            data = read_netcdf(file) if whole else xr.load_dataset(file, engine="h5netcdf", phony_dims="sort")
+            found = cls._of_one_dataset(data)
         except Exception as error:  # xarray, h5netcdf and h5py raise errors of many kinds for damaged files
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history of oblique-impact: {reason}") from None
@@ -349,13 +364,14 @@ class History:
         """Return the history of a file's dataset; raises errors of many kinds for parts missing or damaged."""
         if data.attrs.get("format") == FORMAT_WITHOUT_CONTACTS:
             data = with_contacts(data)
-        elif data.attrs.get("format") != FORMAT:
+        elif data.attrs.get("format") not in (FORMAT, FORMAT_OF_WHOLE_FILES):
             raise InputError(f"its format is not that of this version ({FORMAT})")
-        beam = OF_A_BEAM | SECTION_FORCES if data.attrs["scenario"] else {}
+        computed = COMPUTED if any(name in data for name in OF_FEW_COORDINATES) else ()
+        beam = OF_A_BEAM | RATES_ALONG | SECTION_FORCES if data.attrs["scenario"] else {}
         slope = OF_A_SLOPE if any(name in data for name in OF_A_SLOPE) else {}
         free = OF_A_FREE_BEAM if any(name in data for name in OF_A_FREE_BEAM) else {}
         for name in chain(OF_A_SYSTEM, beam, slope, free):
-            if name not in data.variables and name not in ADDED_LATER:
+            if name not in data.variables and name not in (*ADDED_LATER, *computed):
                 raise InputError(f"it has no variable {name!r}")
         for key, variable in data.variables.items():
             known, name = VARIABLES.get(str(key)), str(key)
@@ -382,13 +398,17 @@ class History:
         summary = json.loads(attributes["summary"])
         require_summary(summary)
         data, others = data.drop_attrs(deep=False), {k: v for k, v in attributes.items() if k not in _OWN}
+        if computed and scenario:
+            forces: partial[dict[str, Column]] | xr.Dataset | None = partial(_with_computed_forces, scenario, data)
+        else:
+            forces = data[list(SECTION_FORCES)] if scenario else None
         return cls(
             data.drop_vars(SECTION_FORCES, errors="ignore").assign_attrs(others),
             [event_of(row) for row in json.loads(attributes["events"])],
             summary,
             scenario,
             [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],  # type: ignore[arg-type]
-            data[list(SECTION_FORCES)] if scenario else None,
+            forces,
         )
 
 
@@ -411,6 +431,24 @@ def beam_history(
     warnings, without_limit = run_warnings(scenario, record.contacts, record.ambiguous, variables, summary, beam)
     summary |= {"without_limit": without_limit, "warnings": warnings}
     return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
+
+
+def _values(data: xr.Dataset) -> dict[str, Column]:
+    return {str(name): variable.values for name, variable in data.variables.items()}
+
+
+def _beam_of(scenario: Scenario) -> Beam:
+    """Return the beam of a scenario without user-defined parts."""
+    from oblique_impact.beam_problem import beam_of  # which loads all schemes
+
+    return beam_of(scenario)
+
+
+def _with_computed_forces(scenario: Scenario, data: xr.Dataset) -> dict[str, Column]:
+    """Return the section forces of a file's dataset: those that it has, the others from its accelerations."""
+    known = _values(data)
+    found = section_forces(_beam_of(scenario), known["qdd"], known)
+    return found | {name: known[name] for name in SECTION_FORCES if name in known}
 
 
 def _summary_json(summary: Mapping[str, Any]) -> str:

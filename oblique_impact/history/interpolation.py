@@ -84,9 +84,9 @@ def series_at(times: Array, values: Array, at: Array, rates: Array | None = None
 def dataset_at(data: xr.Dataset, time: float, side: Side = "right") -> xr.Dataset:
     """Return all variables of a history's data at a time (s); states are those of the sample before."""
     times = data["time"].values
-    found = data.isel(time=sample_before(times, time, side)).assign_coords(time=time)
+    found = dict[str, tuple[Any, ...]]()  # put into the dataset together: one by one takes longer than all else
     for name, array in data.data_vars.items():
         if array.dims[:1] == ("time",) and array.dtype.kind == "f":
             rates = data[RATES[str(name)]].values if RATES.get(str(name)) in data else None
-            found[name] = (array.dims[1:], value_at(times, array.values, rates, time, side), array.attrs)
-    return found
+            found[str(name)] = (array.dims[1:], value_at(times, array.values, rates, time, side), array.attrs)
+    return data.isel(time=sample_before(times, time, side)).assign_coords(time=time).assign(found)

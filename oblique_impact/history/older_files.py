@@ -13,6 +13,8 @@ from oblique_impact.history.samples import contact_variables
 from oblique_impact.history.variables import dataset
 from oblique_impact.scenario.scenario import Scenario
 
+#: in which every file holds what later ones compute
+FORMAT_OF_WHOLE_FILES: Final = "oblique-impact history 3"
 #: in which a single contact has no dimension `contact`, and its events neither obstacle nor place
 FORMAT_WITHOUT_CONTACTS: Final = "oblique-impact history 2"
 #: variables over time alone that are those of a single contact

@@ -14,7 +14,7 @@ from oblique_impact.beam.section_forces import Motion, PointLoads, bent_beam, fi
 from oblique_impact.contact.state import OBSERVED, State
 from oblique_impact.contact.stops import elastic_stop
 from oblique_impact.history.sample_times import ascending
-from oblique_impact.history.variables import SECTION_FORCES
+from oblique_impact.history.variables import RATES_ALONG, SECTION_FORCES
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.records import Segment
 
@@ -115,26 +115,40 @@ def gather(
     )
 
 
-def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
-    """Return the variables of the history of a beam, but for its :func:`section_forces`."""
+def beam_variables(beam: Beam, samples: Samples, of_scenario: bool = True) -> dict[str, Column]:
+    """Return the variables of the history of a beam, but for its :func:`section_forces`.
+
+    Rates along it are left out too, and accelerations there, where both follow from few coordinates of the beam
+    `of_scenario`, of which no part is user-defined.
+    """
     s = samples
     bent, o = bent_beam(beam, s.q, s.qd), beam.operators
     touch = int(np.argmin(np.abs(o.stations.points - o.contact_point)))
     found = {**s.variables(), **bent.variables(touch, beam.scenario.contact_fibre), "station": o.stations.points}
     found |= _of_contacts(beam, s, found["tip_x"] + 1j * found["tip_y"])
+    if of_scenario and s.q.shape[1] <= o.stations.points.size:
+        found = {name: values for name, values in found.items() if name not in RATES_ALONG} | {"qdd": s.qdd}
     if beam.scenario.contact.enabled:
         on_side = [place.on_side for place in beam.candidates]
         found |= clearance_along(beam.scenario, o.sections, bent, found, on_side)
     return found
 
 
-def section_forces(beam: Beam, samples: Samples, variables: Mapping[str, Column]) -> dict[str, Column]:
-    """Return section forces and stress, of samples at stations, from samples and their :func:`beam_variables`."""
-    s = samples
+def section_forces(beam: Beam, qdd: Array, variables: Mapping[str, Column]) -> dict[str, Column]:
+    """Return section forces and stress at stations, from accelerations (samples, d) and :func:`beam_variables`."""
     loads = PointLoads(*(variables[f"contact_{name}"] for name in PointLoads._fields))
-    fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, loads))
-    places = {name: variables[name] for name in ("time", "station")}
-    return places | {name: getattr(fields, name) for name in SECTION_FORCES}
+    fields = fields_along(beam, Motion(variables["time"], variables["q"], variables["qd"], qdd, loads))
+    return _places(variables) | {name: getattr(fields, name) for name in SECTION_FORCES}
+
+
+def rates_along(beam: Beam, variables: Mapping[str, Column]) -> dict[str, Column]:
+    """Return the rates of the displacements at stations, from coordinates and velocities."""
+    rate = np.asarray(bent_beam(beam, variables["q"], variables["qd"]).rate)
+    return _places(variables) | {"ux_dot": rate.real, "uy_dot": rate.imag}
+
+
+def _places(variables: Mapping[str, Column]) -> dict[str, Column]:
+    return {name: variables[name] for name in ("time", "station")}
 
 
 def _of_contacts(beam: Beam, samples: Samples, contact_point: Column) -> dict[str, Column]:

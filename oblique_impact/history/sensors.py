@@ -26,7 +26,7 @@ def sensor_reading(history: History, sensor: str, place: float, times: Array) ->
 
     Between stations by a spline of degree 5, between samples by cubics, never across a jump.
     """
-    scenario, data = history.scenario, history.data
+    scenario, data = history.scenario, history
     assert scenario is not None
     spline = make_interp_spline(data["station"].values, np.eye(data["station"].size), k=5)
     sampled, (here, slope, curvature) = data["time"].values, (spline(place, order) for order in range(3))

@@ -91,8 +91,6 @@ OF_A_BEAM = {
     "shortening": Variable(_TIME, "m", "axial displacement of the axis at the contact point (foreshortening)"),
     "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
-    "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
-    "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
     "contact_obstacle": Variable(
         ("contact",), "1", "obstacle of a contact", "the slope is 0, the others count from 1"
     ),
@@ -101,6 +99,20 @@ OF_A_BEAM = {
     "contact_y": Variable(_CONTACTS, "m", "point of contact on the beam, inertial y"),
     "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _WHOLE),
     "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _WHOLE),
+}
+#: variables that only a beam has from whose coordinates results along it are computed when they are asked for
+OF_FEW_COORDINATES = {
+    "qdd": Variable(
+        _COORDINATES,
+        "m/s^2 or rad/s^2",
+        "generalized accelerations",
+        "NaN where they are not known; of a beam whose coordinates are no more than its stations",
+    ),
+}
+#: variables of a beam that are computed from its coordinates, or those of a file that has them
+RATES_ALONG = {
+    "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
+    "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
 }
 #: variables that only a beam has that nothing holds
 OF_A_FREE_BEAM = {
@@ -122,7 +134,10 @@ SECTION_FORCES = {
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
-VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_FREE_BEAM | OF_A_SLOPE | SECTION_FORCES
+#: of these, what a file does not have that has `OF_FEW_COORDINATES`
+COMPUTED = ("ux_dot", "uy_dot", "shear", "bending_stress")
+VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_FEW_COORDINATES | RATES_ALONG
+VARIABLES |= OF_A_FREE_BEAM | OF_A_SLOPE | SECTION_FORCES
 
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:

@@ -35,6 +35,7 @@ UNITS = {
     "s": "time",
     "m or rad": "q",
     "m/s or rad/s": "qd",
+    "m/s^2 or rad/s^2": "qdd",
     "m": "gap depth slip station tip_x tip_y deflection shortening clearance clearance_at ux uy "
     "contact_place contact_x contact_y contact_gap contact_slip",
     "m/s": "gap_rate slip_rate tip_vx tip_vy ux_dot uy_dot contact_slip_rate",
@@ -48,7 +49,7 @@ UNITS = {
 
 def test_each_variable_has_its_unit_and_a_name_of_its_own(history):
     expected = {name: unit for unit, names in UNITS.items() for name in names.split()}
-    variables = history.data.variables
+    variables = {name: history[name] for name in history}
     assert {name: array.attrs["units"] for name, array in variables.items()} == expected
     assert len({array.attrs["long_name"] for array in variables.values()}) == len(variables)
     forces = history.section_forces()

@@ -9,9 +9,10 @@ import pytest
 from matplotlib.text import Text
 
 from oblique_impact.contact.state import State
+from oblique_impact.renders import scene as scenes
 from oblique_impact.renders.frame import Composer
 from oblique_impact.renders.player.content import content_of
-from oblique_impact.renders.scene import Panel, Scene
+from oblique_impact.renders.scene import Panel, Scene, View
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import BARE, Style
 from oblique_impact.renders.surroundings import drawn_obstacles
@@ -296,3 +297,25 @@ def test_sizes_themes_and_presets(run, style):
     paper = np.array([int(style.colours.background[k : k + 2], 16) for k in (1, 3, 5)])
     assert np.abs(picture[2, -3].astype(int) - paper).max() <= 2
     assert picture.std() > 5.0
+
+
+def test_plane_faces_have_the_colours_that_their_light_gives_them(story, monkeypatch):
+    """Each pixel of slope, ground and stand is as if VTK had lit it."""
+    panels = [Panel((0, 0, 200, 160), [0]), Panel((200, 0, 120, 160), [0], close=True)]
+    found = Scene(story, panels, (320, 160))
+    monkeypatch.setattr(scenes, "View", lambda *given: View(*given[:-1], turns=True))
+    lit = Scene(story, panels, (320, 160))
+    for time in (0.0, 0.3232):
+        np.testing.assert_allclose(found.draw(time).astype(int), lit.draw(time), atol=1)
+    for scene in (found, lit):
+        scene.close()
+
+
+def test_a_frame_does_not_depend_on_those_before(story):
+    """Texts that stay are copied from the second frame on."""
+    timeline = make_timeline(story.time_map)
+    with Composer(story, timeline) as composer:
+        for time in (0.1, 0.1, 0.1, 0.3232, 0.1):
+            last = composer.draw(time, 0.05)
+    with Composer(story, timeline) as fresh:
+        np.testing.assert_array_equal(fresh.draw(0.1, 0.05), last)

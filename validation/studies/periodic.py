@@ -425,7 +425,7 @@ def _limit(history: History, whole: np.ndarray, longest: int) -> tuple[np.ndarra
 def _motion(history: History) -> np.ndarray:
     """Return places x + i y (m) and velocities (m/s) of the stations, (samples, 2, stations)."""
     assert history.scenario is not None
-    bent = BentBeam.of_history(history.scenario, history.data)
+    bent = BentBeam.of_history(history.scenario, {name: history[name] for name in history})
     return np.stack([bent.point(), bent.velocity()], axis=1)
 
 
