@@ -756,8 +756,8 @@ def _fly(stepper: TimeStepper, flight: Flight | None, now: Position, length: flo
     error = follow(flight, stepper.system, h, b.acceleration, v1, s.work)
     own = 2 * d + QUADRATURES + OF_A_CONTACT * b.states.shape[0]
     keep_samples(flight, now.t, h, y, s.y_new, own, stepper.limits, s.samples)
-    longer = error < EASY and length < _LONGEST * stepper.far_step
-    return Step(OK, True, end, 2.0 * length if longer else length, NO_GUARD, closest)
+    longer = error < EASY and now.h < _LONGEST * stepper.far_step
+    return Step(OK, True, end, 2.0 * now.h if longer else now.h, NO_GUARD, closest)
 
 
 class TimeStepper(NamedTuple):
@@ -795,7 +795,7 @@ class TimeStepper(NamedTuple):
 
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Take a step with all its contacts."""
-        if length > self.far_step:
+        if now.h > self.far_step:
             return _fly(self, self.buffers.flight, now, length, end, y)
         b, h = self.buffers, end - now.t  # as the clock counts
         slot, proposed = 2, length
