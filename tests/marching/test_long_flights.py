@@ -18,7 +18,8 @@ MODES = "discretization.method=fem discretization.elements=4 discretization.mode
 #: the beam swings on its pin with a vibration of its first modes, which it has because it starts straight
 SWING = "contact.friction=frictionless initial.angle=0.7 initial.angular_velocity=-2 beam.kelvin_voigt=1e-4"
 FAR = "slope.origin=[0,-5] end_time=0.25"
-UP = "slope.enabled=false contact.where=anywhere contact.grid=4"
+ALONE = "slope.enabled=false contact.where=anywhere"
+UP = f"{ALONE} contact.grid=4"
 
 
 def run(model: str, *keys: str, scheme: str = "time-stepping") -> History:
@@ -48,11 +49,9 @@ def apart(found: History, wanted: History, name: str = "theta") -> float:
 
 
 def test_a_swing_is_that_of_the_event_scheme_to_second_order_at_every_sample():
-    """Between the ends of long steps too, where angle, spin and acceleration are interpolated."""
+    """Between the ends of long steps too, where angles, velocities and accelerations are interpolated."""
     wanted = located(FAR)
-    for name, largest in (("theta", 2e-5), ("spin", 5e-4), ("tip_vy", 5e-3)):
-        if name not in wanted.dataset:
-            continue
+    for name, largest in (("theta", 2e-5), ("theta_dot", 5e-3), ("tip_vy", 2e-2)):
         coarse, fine = (
             apart(run(NODES, FAR, f"solver.free_step={step}"), wanted, name) for step in (1e-4, 2.5e-5)
         )
@@ -65,7 +64,7 @@ def test_the_energy_of_a_swing_is_kept_to_second_order():
         abs(run(NODES, FAR, f"solver.free_step={step}").summary["energy"]["unaccounted"])
         for step in (1e-4, 2.5e-5)
     ]
-    assert left[0] < 3e-6
+    assert left[0] < 1e-5  # of some 2 J
     assert left[1] < left[0] / 8.0
 
 
@@ -96,8 +95,8 @@ def first_touch(history: History) -> float:
 @pytest.mark.parametrize("deeper", [2e-4, -2e-4])
 def test_a_tip_grazes_a_ceiling_where_it_turns_or_stays_clear_of_it(deeper):
     """It comes within 0.2 mm at no speed, with steps that would carry it far beyond."""
-    rising = "initial.angle=-0.3 initial.angular_velocity=2.5 end_time=0.4"
-    free = located(UP, rising, "contact.enabled=false")
+    rising = "initial.angle=0.2 initial.angular_velocity=3 end_time=0.3"
+    free = located("slope.origin=[0,-5]", rising)
     top = float(np.sin(free["theta"].values).max())
     ceiling = f"obstacles=[{{kind='side',origin=[0,{top - deeper}],angle='180deg'}}]"
     steps = "solver.free_step=2e-4", "solver.contact_step=2e-5"
@@ -112,7 +111,7 @@ def test_a_peg_is_met_within_what_would_have_been_one_long_step():
     keys = "initial.angle=0 initial.angular_velocity=-30 end_time=0.03"
     peg = "obstacles=[{kind='point',origin=[0.6,-0.35],radius=0.002}]"
     steps = "solver.free_step=2e-4", "solver.contact_step=1e-5"
-    found, wanted = first_touch(run(NODES, UP, keys, peg, *steps)), first_touch(located(UP, keys, peg))
+    found, wanted = first_touch(run(NODES, ALONE, keys, peg, *steps)), first_touch(located(ALONE, keys, peg))
     assert 0.01 < wanted < 0.03
     assert found == pytest.approx(wanted, abs=1e-6)
 
