@@ -172,8 +172,8 @@ def peers(turns: int) -> Iterator[Row]:
     """
     if find_spec("mujoco") is None:
         return
-    for problem, c in CHEAPEST.items():
-        given, limit = Scenario.load(SCENARIOS[problem]), LIMITS[problem][0]
+    for c in CHEAPEST:
+        problem, given, limit = c.problem, Scenario.load(SCENARIOS[c.problem]), LIMITS[c.problem][0]
         places = {"contact__grid": c.places} if given.sides else {}
         changed = given.replace(discretization__elements=c.elements, solver__contact_step=c.step, **places)
         impulse = sum(contact.normal_impulse for contact in simulate(changed).contacts)
@@ -183,7 +183,11 @@ def peers(turns: int) -> Iterator[Row]:
         for interval, words in ((1e-2, ""), (1e-4, ", samples every 0.1 ms")):
             march = partial(march_cost, changed.replace(solver__output_interval=interval))
             ratio = median_ratio(turns, lambda: chain().processor, march)  # noqa: B023  within this turn
-            yield f"MuJoCo over time-stepping, {problem} to {100.0 * c.error:g} %{words}", ratio, f"{c.aim:g}"
+            yield (
+                f"MuJoCo over time-stepping, {problem} to {100.0 * c.error:g} %, {c.elements} elements{words}",
+                ratio,
+                f"{c.aim:g}",
+            )
 
 
 def others(turns: int) -> Iterator[Row]:

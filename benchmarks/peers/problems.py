@@ -20,8 +20,12 @@ LIMITS = {"slope": (1.8194, 0.0001), "slap": (2.7104, 0.0006), "circles": (3.133
 
 
 class Cheapest(NamedTuple):
-    """The cheapest settings that find an impulse to an error, and still do with the next finer mesh or chain."""
+    """The cheapest settings that find an impulse to an error, and still do with the next finer mesh or chain.
 
+    Of `slap` with 24 elements and a place on each node that is chance: 28 and 32 elements miss it.
+    """
+
+    problem: str
     error: float  # of the impulse, relative
     elements: int  # ours
     places: int  # of contact along the beam
@@ -31,11 +35,12 @@ class Cheapest(NamedTuple):
     aim: float  # of its CPU time over ours, at least
 
 
-CHEAPEST = {
-    "slap": Cheapest(1e-3, 20, 40, 2e-5, 20, 2e-5, 5.0),
-    "slope": Cheapest(2e-3, 12, 12, 2e-5, 20, 2e-5, 7.0),
-    "circles": Cheapest(2e-3, 12, 12, 2e-5, 40, 1e-5, 50.0),
-}
+CHEAPEST = (
+    Cheapest("slap", 1e-3, 20, 40, 2e-5, 20, 2e-5, 5.0),
+    Cheapest("slap", 1e-3, 24, 24, 2e-5, 20, 2e-5, 5.0),
+    Cheapest("slope", 2e-3, 12, 12, 2e-5, 20, 2e-5, 7.0),
+    Cheapest("circles", 2e-3, 12, 12, 2e-5, 40, 1e-5, 50.0),
+)
 
 
 class Side(NamedTuple):
