@@ -40,6 +40,8 @@ from oblique_impact.scenario.scenario import Scenario
 NEAR = 0.01
 #: tolerance of the iterations of one implicit step over that of the run: the errors of steps add up
 ITERATIONS = 0.01
+#: rad, of the slowest vibration in a step of time-stepping that resolves it
+RESOLVED = 0.05
 #: built-in schemes by their names in `solver.scheme`; `order` is that of their steps
 SCHEMES: dict[str, type[Scheme]] = {
     "event": EventScheme,
@@ -235,11 +237,13 @@ def scheme_of(scenario: Scenario) -> Scheme:
 def _slowest_vibration(scenario: Scenario) -> float:
     """Return the frequency (rad/s) that rules the length of steps in flight, 0 where it is to be the same.
 
-    That is so of a driven root, beside whose motion vibrations are small, and of the exact beam.
+    That is so of a driven root, beside whose motion vibrations are small, and of the exact beam; and where the given
+    step does not resolve the slowest vibration, so that its error there says nothing.
     """
     if scenario.is_absolute or scenario.root.kind == "driven":
         return 0.0
-    return lowest_elastic_frequency(scenario)
+    slowest = lowest_elastic_frequency(scenario)
+    return slowest if slowest * scenario.solver.free_step <= RESOLVED else 0.0
 
 
 def contact_law_of(
