@@ -186,7 +186,7 @@ def peers(turns: int) -> Iterator[Row]:
             yield (
                 f"MuJoCo over time-stepping, {problem} to {100.0 * c.error:g} %, {c.elements} elements{words}",
                 ratio,
-                f"{c.aim:g}",
+                f"at least {c.aim:g}",
             )
 
 

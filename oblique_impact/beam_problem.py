@@ -237,8 +237,8 @@ def scheme_of(scenario: Scenario) -> Scheme:
 def _slowest_vibration(scenario: Scenario) -> float:
     """Return the frequency (rad/s) that rules the length of steps in flight, 0 where it is to be the same.
 
-    That is so of a driven root, beside whose motion vibrations are small, and of the exact beam; and where the given
-    step does not resolve the slowest vibration, so that its error there says nothing.
+    That is so of a driven root, beside whose motion vibrations are small, and of the exact beam; and where the
+    given step does not resolve the slowest vibration, so that its error there says nothing.
     """
     if scenario.is_absolute or scenario.root.kind == "driven":
         return 0.0
