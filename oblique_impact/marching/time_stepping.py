@@ -482,7 +482,8 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
-            m = _keep_out(stepper, m, middle, h, x, y, e.rank_one, slot, change <= _SETTLED * first)
+            settled = iteration > 0 and change <= _SETTLED * first
+            m = _keep_out(stepper, m, middle, h, x, y, e.rank_one, slot, settled)
         if m < 0:
             return SteppingSolution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
