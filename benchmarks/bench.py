@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 from oblique_impact.machine import THREADS
@@ -32,8 +33,10 @@ from measuring import (
     size_on_disk,
     write_csv,
 )
+from peers import mujoco_chain
+from peers.problems import CHEAPEST, LIMITS, SCENARIOS
 
-from oblique_impact import Scenario
+from oblique_impact import Scenario, simulate
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.validation import sweep
 from oblique_impact.validation.studies.design import make_plan
@@ -230,6 +233,31 @@ def sweeps(turns: int) -> Iterator[Row]:
     yield "sweep of 1,000 runs over its runs", result.seconds * workers / result.frame["wall_time"].sum(), "1.15"
 
 
+def peers(turns: int) -> Iterator[Row]:
+    """Yield how much longer MuJoCo takes to the same impulses, where it is installed.
+
+    It keeps no samples; ours are 10 ms apart, and 0.1 ms as they are by default.
+    """
+    if find_spec("mujoco") is None:
+        return
+    for c in CHEAPEST:
+        problem, given, limit = c.problem, Scenario.load(SCENARIOS[c.problem]), LIMITS[c.problem][0]
+        places = {"contact__grid": c.places} if given.sides else {}
+        changed = given.replace(discretization__elements=c.elements, solver__contact_step=c.step, **places)
+        impulse = sum(contact.normal_impulse for contact in simulate(changed).contacts)
+        assert abs(impulse / limit - 1.0) < c.error, (problem, impulse)
+        chain = partial(mujoco_chain.march, given, c.links, c.link_step)
+        assert abs(chain().impulse / limit - 1.0) < c.error, problem
+        for interval, words in ((1e-2, ""), (1e-4, ", samples every 0.1 ms")):
+            march = partial(march_cost, changed.replace(solver__output_interval=interval))
+            ratio = median_ratio(turns, lambda: chain().processor, march)  # noqa: B023  within this turn
+            yield (
+                f"MuJoCo over time-stepping, {problem} to {100.0 * c.error:g} %, {c.elements} elements{words}",
+                ratio,
+                f"at least {c.aim:g}",
+            )
+
+
 def others(turns: int) -> Iterator[Row]:
     """Yield how much longer other solvers take to errors of 1e-3, 1e-4 and 1e-5."""
     points = work_precision.measure(turns)
@@ -242,7 +270,7 @@ def others(turns: int) -> Iterator[Row]:
 def main(turns: int = 5) -> None:
     """Measure, keep and print."""
     rows = []
-    for group in (start_up, many_modes, nodal_steps, time_stepping, files, films, sweeps, others):
+    for group in (start_up, many_modes, nodal_steps, time_stepping, peers, files, films, sweeps, others):
         for what, ratio, aim in group(turns):
             rows.append((what, f"{ratio:.3g}", aim))
             print(f"{what}: {ratio:.3g}", flush=True)

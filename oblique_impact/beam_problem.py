@@ -13,6 +13,7 @@ from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam, ContactPlace, FullBeam
 from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
+from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
 from oblique_impact.contact.compliance import Compliance
@@ -39,6 +40,8 @@ from oblique_impact.scenario.scenario import Scenario
 NEAR = 0.01
 #: tolerance of the iterations of one implicit step over that of the run: the errors of steps add up
 ITERATIONS = 0.01
+#: rad, of the slowest vibration in a step of time-stepping that resolves it
+RESOLVED = 0.05
 #: built-in schemes by their names in `solver.scheme`; `order` is that of their steps
 SCHEMES: dict[str, type[Scheme]] = {
     "event": EventScheme,
@@ -226,8 +229,21 @@ def scheme_of(scenario: Scenario) -> Scheme:
             NEAR * scenario.beam.length,
             ITERATIONS * v.tolerance,
             massless=scenario.contact.point_inertia == "none",
+            slowest=_slowest_vibration(scenario),
         )
     return EventScheme(v.tolerance)
+
+
+def _slowest_vibration(scenario: Scenario) -> float:
+    """Return the frequency (rad/s) that rules the length of steps in flight, 0 where it is to be the same.
+
+    That is so of a driven root, beside whose motion vibrations are small, and of the exact beam; and where the
+    given step does not resolve the slowest vibration, so that its error there says nothing.
+    """
+    if scenario.is_absolute or scenario.root.kind == "driven":
+        return 0.0
+    slowest = lowest_elastic_frequency(scenario)
+    return slowest if slowest * scenario.solver.free_step <= RESOLVED else 0.0
 
 
 def contact_law_of(

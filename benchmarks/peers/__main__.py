@@ -16,11 +16,7 @@ from measuring import march_cost, print_table
 from oblique_impact import Scenario, simulate
 from oblique_impact.errors import InputError
 from peers import exudyn_cables, mujoco_chain
-from peers.problems import SCENARIOS, Found
-
-#: impulses (N s) of all normal forces at the scenarios' ends, and how far refinement still moves them: 64 and 128
-#: elements, steps of 5e-6 to 1.25e-6 s, and 40 modes in the event scheme
-LIMITS = {"slope": (1.8194, 0.0001), "slap": (2.7104, 0.0006), "circles": (3.1339, 0.0002)}
+from peers.problems import LIMITS, SCENARIOS, Found
 
 
 def _ours(scenario: Scenario, elements: int, step: float) -> Found:

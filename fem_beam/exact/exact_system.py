@@ -190,6 +190,14 @@ def _touch(
     c.gap, c.slip, c.gap_rate, c.slip_rate = place.gap, place.slip, place.gap_rate, place.slip_rate
 
 
+@jitable
+def _measure(model: ExactModel, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
+    """Gap, slip and rates of all places."""
+    for i in range(len(contacts.each)):
+        c, place = contacts.each[i], place_of(model.beam, model.touchings[i], q, qd)
+        c.gap, c.slip, c.gap_rate, c.slip_rate = place.gap, place.slip, place.gap_rate, place.slip_rate
+
+
 class ExactModel(_ExactData):
     """The exact beam as a :class:`~oblique_impact.kernels.system.System`.
 
@@ -204,6 +212,7 @@ class ExactModel(_ExactData):
     solve_mass = _solve_mass
     take_state = _take_state
     touch = _touch
+    measure = _measure
 
     def new_workspace(self) -> Workspace:
         """Allocate vectors; steps have matrices of their own."""

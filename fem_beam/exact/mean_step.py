@@ -228,14 +228,6 @@ def touch(
         rows[0, j] = rows[1, j] = 0.0
 
 
-@jitable
-def measure(model: ExactModel, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
-    """Gap, slip and rates of all places."""
-    for i in range(len(contacts.each)):
-        c, place = contacts.each[i], place_of(model.beam, model.touchings[i], q, qd)
-        c.gap, c.slip, c.gap_rate, c.slip_rate = place.gap, place.slip, place.gap_rate, place.slip_rate
-
-
 @inlined
 def set_massless(model: ExactModel, mean: Array, v: Array) -> None:
     """Do nothing: all places have inertia."""
@@ -255,5 +247,4 @@ class SteppedModel(ExactModel):
     solve_rows = solve_rows
     damping_at = damping_at
     touch = touch
-    measure = measure
     set_massless = set_massless

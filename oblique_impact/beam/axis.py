@@ -16,6 +16,7 @@ import numpy as np
 from oblique_impact.contact.sides_and_pegs import (
     AxisMotion,
     Directions,
+    Heading,
     PointMotion,
     centre_of,
     meet_peg,
@@ -249,7 +250,8 @@ PLACE = np.dtype(
         ("on_side", np.int64),
         ("x", float),  # m along the beam; of a peg in space
         ("y", float),  # m, of a peg
-        ("angle", float),  # rad, of the side
+        ("cosine", float),  # of the angle of the side
+        ("sine", float),
         ("normal_offset", float),  # m, of a point of the side from the root's axis, across the side
         ("tangential_offset", float),  # m, along it
         ("fibre", float),  # m across the beam from its axis, of the point that touches
@@ -275,6 +277,8 @@ def place_record(on_side: bool, numbers: Sequence[float], shortening: float = 1.
     names = ("x", "angle", "normal_offset", "tangential_offset", "fibre", "turning")
     of_peg = ("x", "y", "distance", "lever", "side", "turning")
     found = dict(zip(names if on_side else of_peg, numbers, strict=True))
+    angle = found.pop("angle", 0.0)
+    found |= {"cosine": np.cos(angle), "sine": np.sin(angle)}
     return record_of(PLACE, found | {"on_side": on_side, "shortening": shortening})
 
 
@@ -413,18 +417,19 @@ class Met(NamedTuple):
 
 
 @jitable
-def meet(s: Any, radius: float, place: Any, q: Array, qd: Array, c: Candidate) -> Met:
+def meet(s: Any, radius: float, place: Any, q: Array, qd: Array, heading: Heading, c: Candidate) -> Met:
     """Gap, slip, rates and biases of a place of contact of a beam on a hub of this radius (m).
 
-    A point of the beam stays at its place along it, the one that meets a peg moves.
+    A point of the beam stays at its place along it, the one that meets a peg moves.  The `heading` is that of the
+    frame.
     """
-    theta, spin, B, Bd = q[0], qd[0], q[1:], qd[1:]
+    spin, B, Bd = qd[0], q[1:], qd[1:]
     if place.on_side:
         axis = s.bent_axis(place.x, B)
         motion, _ = s.motion_at(axis, B, Bd)
         point = point_of(place, radius + place.x, motion, spin)
-        return Met(place.x, axis, point, meet_side(place, theta, point, c))
-    centre = centre_of(place, theta)
+        return Met(place.x, axis, point, meet_side(place, heading, point, c))
+    centre = centre_of(place, heading)
     x, axis = place_of(s, radius, place.shortening, centre[0], centre[1], B)
     motion, curvature_rate = s.motion_at(axis, B, Bd)
     point = point_of(place, radius + x, motion, spin)

@@ -21,7 +21,14 @@ from oblique_impact.beam.shaking import (
     stands_still,
     weight_in_frame,
 )
-from oblique_impact.contact.sides_and_pegs import Directions, PointMotion, meet_side, take_rows
+from oblique_impact.contact.sides_and_pegs import (
+    Directions,
+    Heading,
+    PointMotion,
+    heading_of,
+    meet_side,
+    take_rows,
+)
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.contacts import ContactArrays
 from oblique_impact.kernels.dense import DenseAlgebra, multiply
@@ -298,11 +305,13 @@ def _point_in_place(
 
 
 @inlined
-def _meet_in_place(model: BeamModel, i: int, q: Array, qd: Array, v: Array, c: Candidate) -> Directions:
+def _meet_in_place(
+    model: BeamModel, i: int, q: Array, qd: Array, heading: Heading, v: Array, c: Candidate
+) -> Directions:
     """Meet a side with a point of the beam."""
     place = model.places.each[i]
     point, _ = _point_in_place(model, place, model.places.tables[i], q, qd, v)
-    return meet_side(place, q[0], point, c)
+    return meet_side(place, heading, point, c)
 
 
 @jitable
@@ -338,7 +347,7 @@ def _meet_moving(
     if shapes is None:
         return Directions(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     place = model.places.each[i]
-    met = meet(shapes, model.numbers.hub_radius, place, q, qd, c)
+    met = meet(shapes, model.numbers.hub_radius, place, q, qd, heading_of(q[0]), c)
     if rows:
         take_moving_rows(shapes, place, met, q[1:], v)
     return met.directions
@@ -358,7 +367,7 @@ def touch_beam(
     """Gap, slip, their rates and biases of one place of contact, and its rows."""
     v = w.vectors
     if model.places.each[i].on_side:
-        directions = _meet_in_place(model, i, q, qd, v, c)
+        directions = _meet_in_place(model, i, q, qd, heading_of(q[0]), v, c)
         take_angle(c, q[0], qd[0], rows)
     else:
         directions = _meet_moving(model.places.shapes, model, i, q, qd, v, True, c)
@@ -395,10 +404,11 @@ def take_beam_state(model: BeamModel, t: float, q: Array, qd: Array, w: Workspac
 @jitable
 def measure_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace, contacts: Contacts) -> None:
     """Gap, slip and gap rate of every place of contact."""
+    heading = heading_of(q[0])
     for i in range(len(contacts.each)):
         if model.places.each[i].on_side:
             c = contacts.each[i]
-            _meet_in_place(model, i, q, qd, w.vectors, c)
+            _meet_in_place(model, i, q, qd, heading, w.vectors, c)
             c.shift, c.shift_rate = q[0], qd[0]
         else:
             _meet_moving(model.places.shapes, model, i, q, qd, w.vectors, False, contacts.each[i])

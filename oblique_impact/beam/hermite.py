@@ -110,10 +110,11 @@ def _bent_axis(s: HermiteShapes, x: float, B: Array) -> AxisPoint:
     element = panel_of(s.edges, x)
     half = 0.5 * (s.edges[element + 1] - s.edges[element])
     inside = min(max(x, s.edges[0]), s.edges[-1])
-    z, beyond = (inside - s.edges[element]) / half - 1.0, x - inside
+    part = 1.0 / half  # one quotient for all
+    z, beyond = (inside - s.edges[element]) * part - 1.0, x - inside
     p = _cubic(s, element, B)
-    squared = s.squares[element] + _overlap(p, p, z) / half
-    slope, curvature = _rate(p, z) / half, (2.0 * p[2] + 6.0 * p[3] * z) / (half * half)
+    squared = s.squares[element] + _overlap(p, p, z) * part
+    slope, curvature = _rate(p, z) * part, (2.0 * p[2] + 6.0 * p[3] * z) * part * part
     if beyond != 0.0:
         curvature = 0.0
     shortening = 0.5 * (squared + slope * slope * beyond)
@@ -124,10 +125,10 @@ def _bent_axis(s: HermiteShapes, x: float, B: Array) -> AxisPoint:
 def _motion_at(s: HermiteShapes, axis: AxisPoint, B: Array, Bd: Array) -> tuple[SectionMotion, float]:
     """Motion of a section, see `oblique_impact.beam.axis.Shapes`."""
     k, z, beyond = axis.panel, axis.z, axis.beyond
-    half, p, rate = 0.5 * (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
-    slope_rate, curvature_rate = _rate(rate, z) / half, (2.0 * rate[2] + 6.0 * rate[3] * z) / (half * half)
-    u_x_rate = -(s.rates[k] + _overlap(p, rate, z) / half + axis.slope * slope_rate * beyond)
-    u_x_bias = -(s.turns[k] + _overlap(rate, rate, z) / half + slope_rate * slope_rate * beyond)
+    part, p, rate = 2.0 / (s.edges[k + 1] - s.edges[k]), _cubic(s, k, B), _cubic(s, k, Bd)
+    slope_rate, curvature_rate = _rate(rate, z) * part, (2.0 * rate[2] + 6.0 * rate[3] * z) * part * part
+    u_x_rate = -(s.rates[k] + _overlap(p, rate, z) * part + axis.slope * slope_rate * beyond)
+    u_x_bias = -(s.turns[k] + _overlap(rate, rate, z) * part + slope_rate * slope_rate * beyond)
     u_y_rate = _value(rate, z) + slope_rate * beyond
     if beyond != 0.0:
         curvature_rate = 0.0

@@ -41,7 +41,7 @@ from oblique_impact.beam.shaking import (
     stands_still,
     weight_in_frame,
 )
-from oblique_impact.contact.sides_and_pegs import PointMotion, take_rows
+from oblique_impact.contact.sides_and_pegs import PointMotion, heading_of, take_rows
 from oblique_impact.contact.state import DIRECTION, FREE, RESPONSE, Candidate, Contacts
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
@@ -263,7 +263,8 @@ def touch_nodal(
 ) -> None:
     """Gap, slip, their rates and biases of one place of contact in the state taken last, and its rows."""
     places = model.places
-    met = meet(places.mesh, model.numbers.hub_radius, places.each[i], places.q, places.qd, c)
+    heading = heading_of(places.q[0])
+    met = meet(places.mesh, model.numbers.hub_radius, places.each[i], places.q, places.qd, heading, c)
     _take_point_rows(model, places, places.each[i], met.x, met.axis, met.point, w.vectors)
     take_rows(met.directions, w.vectors, rows)
     if places.each[i].on_side:
@@ -301,9 +302,10 @@ def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
     """Gap, slip and gap rate of every place of contact, each in O(1)."""
     places = model.places
     take_nodal_state(model, t, q, qd, w)
+    heading = heading_of(places.q[0])
     for i in range(len(contacts.each)):
         c = contacts.each[i]
-        meet(places.mesh, model.numbers.hub_radius, places.each[i], places.q, places.qd, c)
+        meet(places.mesh, model.numbers.hub_radius, places.each[i], places.q, places.qd, heading, c)
         if places.each[i].on_side:
             c.shift, c.shift_rate = places.q[0], places.qd[0]
 

@@ -60,10 +60,24 @@ class Directions(NamedTuple):
     turning: float  # m
 
 
+class Heading(NamedTuple):
+    """Direction of the axes of a body."""
+
+    cosine: float
+    sine: float
+
+
 @inlined
-def meet_side(side: Any, theta: float, p: PointMotion, c: Candidate) -> Directions:
-    """Gap, slip, rates and biases of a point of a body at the angle theta (rad) against a side."""
-    cosine, sine = np.cos(theta - side.angle), np.sin(theta - side.angle)
+def heading_of(theta: float) -> Heading:
+    """Return the direction of axes that are turned by the angle theta (rad)."""
+    return Heading(np.cos(theta), np.sin(theta))
+
+
+@inlined
+def meet_side(side: Any, heading: Heading, p: PointMotion, c: Candidate) -> Directions:
+    """Gap, slip, rates and biases of a point of a body against a side."""
+    cosine = heading.cosine * side.cosine + heading.sine * side.sine
+    sine = heading.sine * side.cosine - heading.cosine * side.sine
     c.gap, c.slip = (
         p.x * sine + p.y * cosine - side.normal_offset,
         p.x * cosine - p.y * sine - side.tangential_offset,
@@ -74,9 +88,9 @@ def meet_side(side: Any, theta: float, p: PointMotion, c: Candidate) -> Directio
 
 
 @inlined
-def centre_of(peg: Any, theta: float) -> tuple[float, float]:
-    """Centre (m) of a peg in the axes of a body at the angle theta (rad)."""
-    cosine, sine = np.cos(theta), np.sin(theta)
+def centre_of(peg: Any, heading: Heading) -> tuple[float, float]:
+    """Centre (m) of a peg in the axes of a body."""
+    cosine, sine = heading
     return peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
 
 

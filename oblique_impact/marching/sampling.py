@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.elastic import bears, compression_of
-from oblique_impact.contact.forces import add_push, lambda_n, take_delassus, touch_contacts
+from oblique_impact.contact.elastic import bears, compression_of, press
+from oblique_impact.contact.forces import add_push, is_free, lambda_n, take_delassus, touch_contacts
 from oblique_impact.contact.state import OBSERVED, PRESSED, Candidate, Contacts
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array, Workspace, copy
@@ -92,7 +92,10 @@ def _observe(
             status = derivative(system, contacts, times[i], y, w, dy)
             for j in range(d):
                 qdd[i, j] = dy[d + j] if status == 0 else np.nan
-        if reported or status != 0:
+        if (reported or status != 0) and is_free(contacts):
+            system.measure(times[i], q, qd, w, contacts)
+            press(contacts)
+        elif reported or status != 0:
             touch_contacts(system, contacts, times[i], q, qd, w)
         for k in range(n):
             c = contacts.each[k]

@@ -91,6 +91,20 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
+from oblique_impact.marching.flight import (
+    EASY,
+    ROOM,
+    SPEED,
+    Flight,
+    begin_again,
+    error_of,
+    follow,
+    foresee,
+    keep_samples,
+    length_of_flight,
+    look_around,
+    take_change,
+)
 from oblique_impact.marching.scheme import Prepared, Scheme, Task
 from oblique_impact.marching.step_log import (
     AFTER,
@@ -132,13 +146,20 @@ _MOST_ITERATIONS = 20
 #: a correction that is no smaller than this part of the last one is rounding, if it is no more than so many
 #: tolerances (see `alpha_step`)
 _STALLED, _ROUNDING = 0.5, 1e6
+#: of the first correction of a step: one that is no larger brings no other place to its obstacle that the next
+#: step would not find there
+_SETTLED = 1e-3
 #: tolerances of velocities: a slower slip is rounding
 _STILL = 100.0
 _SAME = 1e-9  # of an energy, what is rounding
+#: of the gap from which on steps are short: places that are farther away than this, and than twice their way in a
+#: step, do not reach their obstacles in it
+_CLOSE = 1e-3
 #: of a step: what is left of it until a contact closes, from which on a shorter step is worth it
 _LEAST_PART = 0.25
 #: of a step: less is not left until a stop, but taken with the step before
 _LEAST_LEFT = 0.5
+_LONGEST = 64.0  # steps in flight, in those of `free_step`: longer ones would save nothing
 #: steps in which a contact closes: their impulses are those of its impact
 OF_AN_IMPACT = 2
 
@@ -168,9 +189,18 @@ class StepBuffers(NamedTuple):
     rebounds: Array  # (n,) m/s, with which contacts that the last step has closed open in this one; or 0
     taken: Array  # (1,) J, what contacts lost in the last step, and those that rebounded then had not given back
     yielding: Yielding  # behind the contacts
+    flight: Flight | None  # None: all steps in flight have the same length
 
     @classmethod
-    def new(cls, n: int, size: int, friction: FrictionLaw, restitution: float, yielding: Yielding) -> StepBuffers:
+    def new(
+        cls,
+        n: int,
+        size: int,
+        friction: FrictionLaw,
+        restitution: float,
+        yielding: Yielding,
+        flight: Flight | None,
+    ) -> StepBuffers:
         """Allocate the buffers of n contacts with a friction law and a coefficient of restitution."""
         return cls(
             np.zeros(size),
@@ -195,6 +225,7 @@ class StepBuffers(NamedTuple):
             np.zeros(n),
             np.zeros(1),
             yielding,
+            flight,
         )
 
 
@@ -224,6 +255,7 @@ def _measure_gaps(stepper: TimeStepper, t: float, x: Array, v0: Array) -> tuple[
             c.side = -1.0
         b.gaps[i] = c.gap if c.enabled and c.side > 0.0 and not beyond else np.inf
         closest, fastest = min(closest, b.gaps[i]), max(fastest, abs(c.gap_rate))
+    look_around(b.flight, stepper.contacts)
     return closest, fastest
 
 
@@ -374,9 +406,12 @@ def _solve(stepper: TimeStepper, m: int, h: float, v1: Array) -> bool:
 
 @jitable
 def _keep_out(
-    stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int
+    stepper: TimeStepper, m: int, t: float, h: float, x: Array, y: Array, rank_one: float, slot: int, settled: bool
 ) -> int:
-    """Keep the end of a step out of all obstacles by impulses; the number of contacts in the problem, or -1."""
+    """Keep the end of a step out of all obstacles by impulses; the number of contacts in the problem, or -1.
+
+    Once it has `settled` none comes to them any more.
+    """
     b, s, d = stepper.buffers, stepper.scratch, x.shape[0]
     v0, v1 = y[d : 2 * d], s.y_new[d : 2 * d]
     if m == 0:
@@ -391,7 +426,7 @@ def _keep_out(
     while True:  # at most once for each contact, as the problem only grows
         if m > 0 and not _solve(stepper, m, h, v1):
             return -1
-        if m == b.states.shape[0]:
+        if settled or m == b.states.shape[0]:
             return m
         stepper.system.measure(t, x, v1, s.work, stepper.contacts)
         before = m
@@ -415,9 +450,11 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
     """
     s, b, rows = stepper.scratch, stepper.buffers, stepper.contacts.rows
     w, x, acceleration = s.work, b.staggered, b.acceleration
-    d, middle, m, before = x.shape[0], t + 0.5 * h, 0, 0.0
+    d, middle, m, before, first = x.shape[0], t + 0.5 * h, 0, 0.0, 0.0
     v0, v1, residual, increment = y[d : 2 * d], s.y_new[d : 2 * d], w.vectors[RESIDUAL], w.vectors[INCREMENT]
-    copy(v0, v1)
+    foreseen = clear and foresee(b.flight, h, v0, v1)
+    if not foreseen:
+        copy(v0, v1)
     for iteration in range(_MOST_ITERATIONS):
         for j in range(d):
             acceleration[j] = (v1[j] - v0[j]) / h
@@ -439,10 +476,14 @@ def _iterate(stepper: TimeStepper, t: float, h: float, slot: int, clear: bool, y
             b.factored[slot] = h
         stepper.system.solve_effective(e.rank_one, w, slot, stepper.contacts, False)
         change = h * np.sqrt(abs(dot(increment, residual)))
+        if iteration == 0:
+            first = change
+            take_change(b.flight, change if foreseen else np.inf)
         for j in range(d):
             v1[j] += h * increment[j]
         if not clear:
-            m = _keep_out(stepper, m, middle, h, x, y, e.rank_one, slot)
+            settled = iteration > 0 and change <= _SETTLED * first
+            m = _keep_out(stepper, m, middle, h, x, y, e.rank_one, slot, settled)
         if m < 0:
             return SteppingSolution(-FAILED_ITERATION, 0, 0.0)
         # the next correction is smaller than this one as this one is smaller than the one before
@@ -689,6 +730,37 @@ def _log(
     b.logged[0] += 1
 
 
+@jitable
+def _fly(stepper: TimeStepper, flight: Flight | None, now: Position, length: float, end: float, y: Array) -> Step:
+    """Take a long step in flight, or refuse it for a shorter one; the compiler drops this where there is none."""
+    if flight is None:
+        return refused(OK, 0.0)
+    b, s, d = stepper.buffers, stepper.scratch, stepper.buffers.acceleration.shape[0]
+    h = length if length == now.h else end - now.t
+    shorter = refused(OK, max(0.5 * length, stepper.far_step))
+    room, speed = flight.nearest[ROOM], flight.nearest[SPEED]
+    if stepper.yields:
+        _stagger(stepper, now.t, h, y)
+        begin_yielding(b.yielding, h, b.gaps, stepper.contacts)
+    found = _solve_step(stepper, now.t, h, 2, True, y)
+    closest, fits = 0.0, found.status == OK and error_of(flight, h) <= 1.0
+    v1 = s.y_new[d : 2 * d]
+    if fits:
+        for j in range(d):
+            b.staggered[j] = y[j] + 0.5 * h * (y[d + j] + v1[j])
+        closest, _ = _measure_gaps(stepper, end, b.staggered, v1)
+        fits = min(room, flight.nearest[ROOM]) - h * max(speed, flight.nearest[SPEED]) > stepper.near
+    if not fits:
+        flight.nearest[ROOM], flight.nearest[SPEED] = room, speed
+        return shorter
+    _finish(stepper, end, h, 0, found.supplied_power, y)
+    error = follow(flight, stepper.system, h, b.acceleration, v1, s.work)
+    own = 2 * d + QUADRATURES + OF_A_CONTACT * b.states.shape[0]
+    keep_samples(flight, now.t, h, y, s.y_new, own, stepper.limits, s.samples)
+    longer = error < EASY and now.h < _LONGEST * stepper.far_step
+    return Step(OK, True, end, 2.0 * now.h if longer else now.h, NO_GUARD, closest)
+
+
 class TimeStepper(NamedTuple):
     """Steps of the scheme; a `Stepper`."""
 
@@ -710,17 +782,24 @@ class TimeStepper(NamedTuple):
         """Measure the gaps."""
         d = self.buffers.acceleration.shape[0]
         self.buffers.logged[0] = 0
+        if start.done == 0:
+            begin_again(self.buffers.flight)
         closest, _ = _measure_gaps(self, start.t, y[:d], y[d : 2 * d])
         return OK, closest
 
     def length(self, gap: float, h: float) -> float:
         """Length of the steps here."""
-        return self.far_step if gap > self.near else self.near_step
+        if gap <= self.near:
+            return self.near_step
+        room = self.scratch.samples.times.shape[0]
+        return length_of_flight(self.buffers.flight, h, self.far_step, self.near, self.limits, room)
 
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Take a step with all its contacts."""
+        if now.h > self.far_step:
+            return _fly(self, self.buffers.flight, now, length, end, y)
         b, h = self.buffers, end - now.t  # as the clock counts
-        slot = 2
+        slot, proposed = 2, length
         if length == now.h:
             slot, h = (0 if length == self.far_step else 1), length
         closest, fastest = _stagger(self, now.t, h, y)
@@ -739,7 +818,9 @@ class TimeStepper(NamedTuple):
                 _forgive(b.gaps, self.scratch.tolerances.gap)
         if self.yields:
             begin_yielding(b.yielding, h, b.gaps, self.contacts)
-        clear = closest > self.near and closest > 2.0 * h * fastest
+        clear = closest > _CLOSE * self.near and closest > 2.0 * h * fastest
+        for i in range(b.states.shape[0]):
+            clear = clear and b.states[i] == OPEN
         found = _solve_step(self, now.t, h, slot, clear, y)
         if found.status != OK:
             return refused(found.status, 0.0)
@@ -748,7 +829,13 @@ class TimeStepper(NamedTuple):
                 if b.problem.states[k] == STUCK:  # it slips, though by nothing in this step
                     b.problem.states[k] = FORWARDS if b.slipping[b.closed[k]] >= 0.0 else BACKWARDS
         _finish(self, end, h, found.contacts, found.supplied_power, y)
-        return Step(OK, True, end, length, NO_GUARD, closest)
+        if clear:
+            d, s = b.acceleration.shape[0], self.scratch
+            error = follow(b.flight, self.system, h, b.acceleration, s.y_new[d : 2 * d], s.work)
+            proposed = 2.0 * length if error < EASY and length == self.far_step else length
+        else:
+            begin_again(b.flight)
+        return Step(OK, True, end, proposed, NO_GUARD, closest)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Keep a sample if one is due."""
@@ -770,6 +857,9 @@ class TimeSteppingScheme(Scheme):
         Of the iterations of a step, on the energy of a correction, as a part of the motion's: the root of it.
     massless : bool
         Whether places have no inertia.
+    slowest : float
+        Frequency (rad/s) of the slowest vibration: steps in flight are longer than `free_step` where they err no
+        more than these do in it, see :mod:`oblique_impact.marching.flight`.  The default 0: all have that length.
     """
 
     free_step: float
@@ -777,6 +867,7 @@ class TimeSteppingScheme(Scheme):
     near: float
     tolerance: float
     massless: bool = False
+    slowest: float = 0.0
     name = "time-stepping"
     order = 1
     decides = True
@@ -795,7 +886,8 @@ class TimeSteppingScheme(Scheme):
         if body is not None and not (self.massless or task.elastic or task.friction.rubs):
             body = None  # the axis alone, along which nothing pulls
         behind = Yielding.new(task.contacts, body, task.elastic)
-        return StepBuffers.new(task.contacts, task.size, task.friction, task.restitution, behind)
+        flight = Flight.new(task.size, self.slowest, self.free_step) if self.slowest > 0.0 else None
+        return StepBuffers.new(task.contacts, task.size, task.friction, task.restitution, behind, flight)
 
     def step_log(self, prepared: Prepared) -> StepLog:  # noqa: D102
         return StepLog(prepared.own.log, prepared.own.logged, prepared.own.states.size)

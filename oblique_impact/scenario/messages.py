@@ -12,7 +12,6 @@ from typing import Any
 from oblique_impact.errors import InputError
 
 
-
 class _Toml(reprlib.Repr):
     """Values as scenario files have them."""
 

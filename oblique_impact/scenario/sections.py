@@ -623,7 +623,9 @@ class SolverSection(InputSection):
         "relative tolerance of a step (event; in absolute coordinates of one near obstacles), of the iterations "
         "(generalized-alpha, time-stepping)",
     )
-    free_step: Annotated[Positive, Unit("s")] = key(1e-4, "step in flight (all but event)")
+    free_step: Annotated[Positive, Unit("s")] = key(
+        1e-4, "step in flight (all but event); time-stepping takes longer ones where they err less"
+    )
     contact_step: Annotated[Positive, Unit("s")] = key(
         1e-6, "step in contact (all but event); in absolute coordinates the shortest one"
     )

@@ -9,7 +9,7 @@ from oblique_impact import Scenario
 from oblique_impact.beam.axis import AxisShapes, ShapeFunctions, fit_shapes, meet, place_of, place_record
 from oblique_impact.beam.floating_frame import take_moving_rows
 from oblique_impact.beam.hermite import HermiteShapes
-from oblique_impact.contact.sides_and_pegs import take_rows
+from oblique_impact.contact.sides_and_pegs import heading_of, take_rows
 from oblique_impact.contact.state import Candidate
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
@@ -99,7 +99,7 @@ def test_rows_and_accelerations_are_derivatives(
         """Gap and slip, their rates, their accelerations."""
         q, qd = position + t * velocity + 0.5 * t * t * acceleration, velocity + t * acceleration
         shapes.bend(q[1:], qd[1:])
-        met = meet(shapes, 0.05, peg, q, qd, k)
+        met = meet(shapes, 0.05, peg, q, qd, heading_of(q[0]), k)
         take_moving_rows(shapes, peg, met, q[1:], v)
         take_rows(met.directions, v, rows)
         np.testing.assert_allclose(rows @ qd, [k.gap_rate, k.slip_rate], rtol=1e-11, atol=1e-13)
