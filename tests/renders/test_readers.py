@@ -172,6 +172,14 @@ def test_meshio_reads_the_surface_by_numbers_of_frames_and_the_axis_as_lines(fol
     assert [(block.type, len(block)) for block in cells] == [("line", history["station"].size - 1)]
 
 
+def test_of_a_whole_series_meshio_reads_nothing_and_pyvista_the_first_frame(folder, frames):
+    with pytest.raises(SystemExit):
+        meshio.read(folder / "beam.xdmf")
+    for format in ("pvd", "xdmf"):
+        parts = {int(mesh["part"][0]): mesh for _, mesh in meshes(pv.read(folder / f"beam.{format}"))}
+        assert frames[parts[4]["gap_rate"][0], parts[4]["state"][0]] == 0
+
+
 # history.nc and tables ------------------------------------------------------------------------------------------
 
 
