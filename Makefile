@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PACKAGES := oblique_impact fem_beam modal renders validation
 
-.PHONY: install demo test test-slow test-pythons lint bounds docs pictures notebook package bench clean
+.PHONY: install demo test test-slow test-pythons lint bounds docs pictures notebook package findings bench clean
 
 install: $(VENV)/.installed
 
@@ -67,6 +67,17 @@ bounds:
 # wheel and source distribution, each installed and used outside of the checkout
 package: install
 	$(BIN)/python .ci/package
+
+# what libraries and formats did when it was written down, each in an environment that is gone afterwards; needs network
+findings:
+	@result=0; for script in findings/*.sh; do \
+		begin=$$(date +%s); word=ok; \
+		if ! said=$$(bash $$script 2>&1); then \
+			result=1; case "$$said" in *AssertionError*) word=changed;; *) word=failed;; esac; \
+		fi; \
+		printf '%-32s %-8s %4d s\n' $$(basename $$script .sh) $$word $$(($$(date +%s) - begin)); \
+		[ $$word = ok ] || printf '%s\n' "$$said" | tail -n 3; \
+	done; exit $$result
 
 bench: install
 	$(BIN)/python benchmarks/bench.py

@@ -62,20 +62,25 @@ def _elements(path: Path, what: str) -> list[NDArray[np.float64]]:
     """Return the places of the nodes of line elements, an array (elements, nodes, coordinates) for each block."""
     import meshio
 
-    said = io.StringIO()
+    said, warned = io.StringIO(), io.StringIO()
     try:  # meshio prints what it does not understand, and ends the process over a file that it cannot read
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(warned):
             mesh = meshio.read(_known_kinds(path), "abaqus") if path.suffix == ".inp" else meshio.read(path)
     except (Exception, SystemExit) as error:  # of many kinds
         reason = said.getvalue() if isinstance(error, SystemExit) else str(error)
         reason = " ".join(reason.split())[:120].rstrip(".") or "meshio takes it for another format"
         kinds = "; of Abaqus beams, pipes and trusses of two or three nodes are read, without nodes of orientation"
         raise InputError(f"{what}: cannot be read: {reason}{kinds if path.suffix == '.inp' else ''}") from None
+    if "(type 4)" in warned.getvalue():  # it goes on without them, with a part of the beam
+        raise InputError(f"{what}: has polylines, which meshio leaves out; write lines of two nodes")
     points = np.asarray(mesh.points, dtype=float)
-    found = [points[block.data] for block in mesh.cells if re.fullmatch(r"line\d*", block.type)]
-    if not found:
+    blocks = [np.asarray(block.data) for block in mesh.cells if re.fullmatch(r"line\d*", block.type)]
+    if not blocks:
         raise InputError(f"{what}: has no line elements")
-    return found
+    numbers = np.concatenate([block.ravel() for block in blocks])
+    if not np.all(np.isin(numbers, np.arange(len(points)))):
+        raise InputError(f"{what}: its line elements should be of the {len(points)} nodes that it has")
+    return [points[block.astype(np.int64)] for block in blocks]  # XDMF without NumberType has floating-point ones
 
 
 def _known_kinds(path: Path) -> io.StringIO:

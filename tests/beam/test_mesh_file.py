@@ -119,7 +119,39 @@ def test_a_resolved_scenario_needs_the_file_no_more(tmp_path, monkeypatch):
     assert Scenario.from_toml(History.load(folder).scenario_toml).discretization.elements == 9
 
 
+def test_numbers_of_nodes_without_a_type_are_floating_point_ones(tmp_path):
+    """As XDMF says of a DataItem without NumberType; a polyline of five nodes is four elements."""
+    items = [(f'Polyline" NodesPerElement="{n}', cells) for n, cells in ((5, "0 1 2 3 4"), (2, "0 1 1 2 2 3 3 4"))]
+    for topology, cells in items:
+        rows = 1 if topology.endswith("5") else 4
+        (tmp_path / "beam.xdmf").write_text(
+            f"""<Xdmf Version="2.0"><Domain><Grid Name="beam" GridType="Uniform">
+            <Topology TopologyType="{topology}" NumberOfElements="{rows}">
+            <DataItem Dimensions="{rows} {len(cells.split()) // rows}" Format="XML">{cells}</DataItem></Topology>
+            <Geometry GeometryType="XYZ"><DataItem Dimensions="5 3" Format="XML" Precision="8">
+            {" ".join(f"{x} 0 0" for x in PLACES)}</DataItem></Geometry></Grid></Domain></Xdmf>"""
+        )
+        assert read_nodes(tmp_path / "beam.xdmf") == PLACES
+
+
+#: two lines of two nodes, and what follows them, in VTK's own format
+VTK = """# vtk DataFile Version 5.1
+beam
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 5 double
+0 0 0 0.25 0 0 0.5 0 0 0.7 0 0 1 0 0
+CELLS 4 {size}
+OFFSETS vtktypeint64
+0 2 4 {size}
+CONNECTIVITY vtktypeint64
+0 1 1 2 {rest}
+CELL_TYPES 3
+3 3 {kind}
+"""
 BAD = {
+    "polyline": (VTK.format(size=7, rest="2 3 4", kind=4), "has polylines, which meshio leaves out"),
+    "unknown node": (VTK.format(size=6, rest="2 9", kind=3), "should be of the 5 nodes that it has"),
     "missing": (None, "no such file"),
     "text": ("nonsense", "cannot be read"),
     "no lines": (
