@@ -226,7 +226,7 @@ class BeamGeometry:
     @property
     def inner_point(self) -> str:
         """Name of the near end of the chord."""
-        return {"driven": "root", "free": "first end"}.get(self.scenario.root.kind, "pin")
+        return {"driven": "root", "free": "first end"}.get(self.scenario.root.kind, self.scenario.root.kind)
 
     def deflection_words(self, factor: float) -> str:
         """Return in words how deflections are drawn that are magnified by a factor."""

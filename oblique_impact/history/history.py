@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from html import escape
 from itertools import chain
 from pathlib import Path
@@ -428,9 +428,12 @@ def beam_history(
     """
     summary = summarize(record, samples, wall, clustering_time(scenario))
     summary["clearance"] = closest(variables, scenario.beam.length)
-    warnings, without_limit = run_warnings(scenario, record.contacts, record.ambiguous, variables, summary, beam)
+    forces = cache(section_forces)
+    warnings, without_limit = run_warnings(
+        scenario, record.contacts, record.ambiguous, variables, summary, forces, beam
+    )
     summary |= {"without_limit": without_limit, "warnings": warnings}
-    return History(dataset(variables), record.events, summary, scenario, record.contacts, section_forces)
+    return History(dataset(variables), record.events, summary, scenario, record.contacts, forces)
 
 
 def _values(data: xr.Dataset) -> dict[str, Column]:

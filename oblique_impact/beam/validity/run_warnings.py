@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from oblique_impact.beam.validity.limits import (
 from oblique_impact.beam.validity.passing import passing_warnings
 from oblique_impact.beam.validity.plausibility import implausible_values
 from oblique_impact.beam.validity.small_deflection import deflection_warnings
+from oblique_impact.beam.validity.strength import peg_warnings, yield_warnings
 from oblique_impact.contact.log import Contact
 from oblique_impact.scenario.scenario import Scenario
 
@@ -32,6 +33,7 @@ def run_warnings(
     ambiguous: Sequence[float],
     variables: Mapping[str, Any],
     summary: Mapping[str, Any],
+    section_forces: Callable[[], Mapping[str, Any]],
     beam: Beam | None = None,
 ) -> tuple[list[str], list[str]]:
     """Return the warnings of a run, and the entries of its macro-collisions that have no limit.
@@ -48,6 +50,8 @@ def run_warnings(
         The variables of its history.
     summary : mapping
         Its macro-collisions, passages of slope ends and balance of energy.
+    section_forces : callable
+        Computes section forces and stresses at samples and stations.
     beam : Beam, optional
         Its model of small deflections; None of the exact beam, which bends as far as it likes.
     """
@@ -68,6 +72,8 @@ def run_warnings(
         *implausible_values(scenario),
         *passing_warnings(scenario, variables, summary["slope_ends"]),
         *outline_warnings(scenario, variables),
+        *peg_warnings(scenario, variables),
+        *yield_warnings(scenario, section_forces),
         *ambiguity_warnings(ambiguous),
         *of_model,
         *energy_warnings(summary["energy"], float(np.max(kinetic)), parts, scenario.solver.scheme),
