@@ -109,6 +109,7 @@ def test_what_a_run_does_not_have_is_a_named_gap(run):
         ("collision_end", cut, "still in contact"),
         ("second_impact", flight, "no second impact before end_time"),
         ("second_impulse", flight, "no second impact before end_time"),
+        ("start:5", flight, "no macro-collision 5, only 1, before end_time"),
         ("impulse", stopped, "painleve"),
         ("second_impact", stopped, "painleve"),
         ("energy_final", stopped, "painleve"),

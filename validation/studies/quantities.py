@@ -260,7 +260,9 @@ def _start(history: History, number: int = 0) -> float:
     found = history.macro_collisions
     if len(found) > number:
         return float(found[number]["start"])
-    what = "no second impact" if found else "no contact"
+    what = "no contact"
+    if found:
+        what = "no second impact" if number == 1 else f"no macro-collision {number + 1}, only {len(found)},"
     if history.outcome is Outcome.COMPLETED:
         raise GapError(f"{what} before end_time")
     raise GapError(f"{what} before it stopped at {history.end_time:.4g} s: {history.outcome.label}")
