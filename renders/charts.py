@@ -6,16 +6,19 @@ labels are physical times.  What swings faster than pixels can show is drawn as 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import Array
 from oblique_impact.renders.layout import Box
-from oblique_impact.renders.panels import Clock, Curves, draw_curves
+from oblique_impact.renders.panels import BAND, BAND_WORDS, Clock, Curves, draw_curves
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.timeline import TimeMap, contact_spans
@@ -41,16 +44,17 @@ def draw_over_film(
     size: tuple[float, float],
     ticks: tuple[int, int],
     width: float,
-) -> None:
-    """Draw curves, and the contacts of the first run of a story, over the film time of `course`.
+) -> bool:
+    """Draw curves, and the contacts of the first run of a story, over the film time of `course`; whether as bands.
 
     The axes, of some `size` (pixels), get pixels from their left end; lines have some `width` (points), and there
     are at most so many `ticks` along both axes.
     """
     spans, shade = contact_spans(story.histories[0]), story.style.colours.line
-    draw_curves(axes, panel, film_clock(course, size[0]), spans, shade, size, width)
+    has_bands = draw_curves(axes, panel, film_clock(course, size[0]), spans, shade, size, width)
     mark_times(axes, course, size[0], ticks[0])
     axes.yaxis.set_major_locator(MaxNLocator(ticks[1], steps=_STEPS))
+    return has_bands
 
 
 def mark_times(axes: Axes, course: TimeMap, width: float, most: int) -> None:
@@ -75,7 +79,7 @@ class Chart:
         axes = sheet.add_axes(x0, y0, x1 - x0, y1 - y0)
         ticks = int((x1 - x0) / (5.5 * small)), int(np.clip((y1 - y0) / (1.9 * small), 2, 7))
         size, thin = (x1 - x0, y1 - y0), sheet.thin
-        draw_over_film(axes, panel, story, course, size, ticks, 1.4 * thin)
+        has_bands = draw_over_film(axes, panel, story, course, size, ticks, 1.4 * thin)
         axes.tick_params(colors=theme.dim, labelsize=sheet.points(_LABEL), length=4.0 * thin)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
@@ -85,13 +89,19 @@ class Chart:
         axes.set_ylabel(label, fontsize=sheet.points(_AXIS))
         axes.yaxis.set_label_coords((1.35 * large - (x0 - box[0])) / (x1 - x0), 0.5)
         axes.set_xlabel(axes.get_xlabel(), fontsize=sheet.points(_AXIS))
-        if len(panel.curves) > 1:
+        curves = panel.curves if len(panel.curves) > 1 else []
+        handles: list[Any] = [Line2D([], [], linestyle=c.dash, color=c.colour, lw=2.7 * thin) for c in curves]
+        labels = [curve.label for curve in curves]
+        if has_bands and len(curves) <= 2:  # else the chart beside has it, and here is no room
+            handles.append(Patch(color=panel.curves[0].colour if not curves else theme.dim, alpha=2.0 * BAND))
+            labels.append(BAND_WORDS)
+        if handles:
             axes.legend(
-                [Line2D([], [], linestyle=c.dash, color=c.colour, lw=2.7 * thin) for c in panel.curves],
-                [curve.label for curve in panel.curves],
+                handles,
+                labels,
                 loc="lower left",
                 bbox_to_anchor=(0.0, 1.0),
-                ncols=len(panel.curves),
+                ncols=len(handles),
                 fontsize=sheet.points(_LABEL),
                 handlelength=1.2,
                 handletextpad=0.5,

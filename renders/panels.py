@@ -29,7 +29,8 @@ Dash = Literal["-", "--", ":"]
 #: what an envelope is drawn of, and the variables along the beam that these are
 ENVELOPES = {"moment": "moment", "shear": "shear", "bending stress": "bending_stress", "deflection": "uy"}
 _DASHES: tuple[Dash, ...] = ("-", "--", ":")  # of several runs
-_BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
+BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
+BAND_WORDS = "fast swing: least to largest, mean"
 _MARKERS = ("o", "s", "^")  # free, slip, stick
 _APART = 0.045  # over the extent of the motion: labels that are closer would cover each other
 _LOSSES = ("impact", "friction", "damping", "scheme")
@@ -179,8 +180,10 @@ def draw_curves(
     pixels: tuple[float, float] | None = None,
     width: float = 1.4,
     unit: tuple[float, str] | None = None,
-) -> None:
+) -> bool:
     """Draw curves over the times of a clock, with `spans` of time (spans, 2) in the colour `shade` behind them.
+
+    Returns whether there are bands, which `BAND_WORDS` name in a legend.
 
     Values are in the `unit` of this size and prefix, without one in that in which they read well.  On axes of some
     size in `pixels` what swings faster than they can show is drawn as a band.  Lines have some `width` (points).
@@ -192,6 +195,7 @@ def draw_curves(
             axes.axvspan(*clock.at(np.asarray(span)), color=shade, alpha=0.6, linewidth=0)
     shown = [(c, (c.time >= clock.first) & (c.time <= clock.last)) for c in panel.curves]
     size, prefix = unit or unit_for([curve.values[inside] for curve, inside in shown])
+    has_bands = False
     for curve, inside in shown:
         if not inside.any():
             continue
@@ -200,14 +204,16 @@ def draw_curves(
             pixel = (right - left) / pixels[0]
             line = drawn((x - left) / pixel, y, float(np.ptp(y)) / pixels[1])
             x, y = left + pixel * line.x, line.y
+            has_bands = has_bands or bool(line.bands)
             for band in line.bands:
                 edges = left + pixel * band.x
-                axes.fill_between(edges, band.low, band.high, color=curve.colour, alpha=_BAND, linewidth=0.0)
+                axes.fill_between(edges, band.low, band.high, color=curve.colour, alpha=BAND, linewidth=0.0)
                 # outlined, so that bands over each other can be told apart
                 for bound in (band.low, band.high):
                     axes.plot(edges, bound, color=curve.colour, alpha=_EDGE, linewidth=0.5 * width)
         axes.plot(x, y, linestyle=curve.dash, color=curve.colour, linewidth=width, label=curve.label or None)
     axes.set(xlabel=clock.label, ylabel=f"{panel.title} ({prefix}{panel.unit})")
+    return has_bands
 
 
 def unit_for(values: Sequence[Array] | Sequence[list[float]]) -> tuple[float, str]:
@@ -239,7 +245,7 @@ def draw_envelope(axes: Axes, runs: Runs, what: str) -> None:
     for number, (history, both) in enumerate(zip(runs.histories, found, strict=True)):
         station, (colour, dash) = history["station"].values, runs.look(number)
         low, high = (values / unit for values in both)
-        axes.fill_between(station, low, high, color=colour, alpha=_BAND, linewidth=0.0)
+        axes.fill_between(station, low, high, color=colour, alpha=BAND, linewidth=0.0)
         for values, label in ((low, runs.names[number]), (high, None)):
             axes.plot(station, values, linestyle=dash, color=colour, linewidth=1.2, label=label)
     data = runs.histories[0].section_forces() if name in SECTION_FORCES else runs.histories[0]

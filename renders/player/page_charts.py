@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from oblique_impact.renders import panels
 from oblique_impact.renders.charts import draw_over_film, film_clock, mark_times
 from oblique_impact.renders.contact_map import draw_contact_map
-from oblique_impact.renders.panels import Curve, Curves
+from oblique_impact.renders.panels import BAND_WORDS, Curve, Curves
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import LIGHT, Theme, figure_style
 
@@ -44,6 +44,7 @@ class PageChart:
     values: list[tuple[float, str]]
     shades: list[str] = field(default_factory=list)  # of the force, from 0 to the limit that the next says
     limit: str = ""
+    bands: str = ""  # what they mean, if there are any
 
 
 def page_charts(story: Story) -> list[PageChart]:
@@ -73,10 +74,14 @@ def _chart(story: Story, name: str, panel: Curves) -> PageChart:
     size, prefix = panels.unit_for([curve.values for curve in panel.curves])
     curves = [replace(curve, values=curve.values / size) for curve in panel.curves]
 
-    def draw(axes: Axes) -> None:
-        draw_over_film(axes, replace(panel, curves=curves), story, story.time_map, _SIZE, _TICKS, 1.5)
+    banded: list[bool] = []
 
-    return _drawn(story, name, panel.title, prefix + panel.unit, curves, draw)
+    def draw(axes: Axes) -> None:
+        shown = replace(panel, curves=curves)
+        banded.append(draw_over_film(axes, shown, story, story.time_map, _SIZE, _TICKS, 1.5))
+
+    chart = _drawn(story, name, panel.title, prefix + panel.unit, curves, draw)
+    return replace(chart, bands=BAND_WORDS) if banded[0] else chart
 
 
 def _places(story: Story) -> PageChart:
