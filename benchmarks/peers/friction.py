@@ -243,8 +243,6 @@ def questions() -> list[Question]:
     settings += [("downhill at 45 deg from the axis", pyramid, radians(45.0))]
     settings += [("elliptic", cone, 0.0), ("elliptic, at 45 deg", cone, radians(45.0))]
     settings += [("elliptic, impratio 100", f"{cone} impratio='100'", 0.0)]
-    settings += [("noslip_iterations 5", f"{pyramid} noslip_iterations='5'", 0.0)]
-    settings += [("elliptic, noslip_iterations 5", f"{cone} noslip_iterations='5'", 0.0)]
     hops = [("as it comes", ""), ("step 0.2 ms", "timestep='0.0002'"), ("elliptic", cone)]
     hops += [("elliptic, impratio 100", f"{cone} impratio='100'")]
     rest = [(f"{kind}", step) for kind, step in (("continuous", 0.0), ("steps of 1 ms", 1e-3), ("0.1 ms", 1e-4))]
