@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
-from itertools import takewhile
+from itertools import islice, takewhile
 from math import atan, cos, hypot, radians, sin
 from typing import Any
 
@@ -55,12 +55,12 @@ def mujoco_speeds(block: float, ground: float, options: str = "") -> Iterator[fl
         yield float(data.qvel[0])
 
 
-def pybullet_speeds(block: float, ground: float) -> Iterator[float]:
+def pybullet_speeds(block: float, ground: float, slope: float = 0.0, push: float = SPEED) -> Iterator[float]:
     """Yield the speed (m/s) step by step."""
     import pybullet
 
     pybullet.connect(pybullet.DIRECT)
-    pybullet.setGravity(0.0, 0.0, -GRAVITY)
+    pybullet.setGravity(GRAVITY * sin(slope), 0.0, -GRAVITY * cos(slope))
     pybullet.setTimeStep(STEP)
     plane = pybullet.createMultiBody(0.0, pybullet.createCollisionShape(pybullet.GEOM_PLANE))
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.2, 0.2, 0.01])
@@ -70,7 +70,7 @@ def pybullet_speeds(block: float, ground: float) -> Iterator[float]:
     try:
         for _ in range(SETTLING):
             pybullet.stepSimulation()
-        pybullet.resetBaseVelocity(body, [SPEED, 0.0, 0.0])
+        pybullet.resetBaseVelocity(body, [push, 0.0, 0.0])
         while True:
             pybullet.stepSimulation()
             yield float(pybullet.getBaseVelocity(body)[0][0])
@@ -78,12 +78,12 @@ def pybullet_speeds(block: float, ground: float) -> Iterator[float]:
         pybullet.disconnect()
 
 
-def pymunk_speeds(block: float, ground: float) -> Iterator[float]:
+def pymunk_speeds(block: float, ground: float, slope: float = 0.0, push: float = SPEED) -> Iterator[float]:
     """Yield the speed (m/s) step by step."""
     import pymunk
 
     space = pymunk.Space()
-    space.gravity = (0.0, -GRAVITY)
+    space.gravity = (GRAVITY * sin(slope), -GRAVITY * cos(slope))
     line = pymunk.Segment(space.static_body, (-50.0, 0.0), (50.0, 0.0), 0.0)
     body = pymunk.Body(1.0, float("inf"))
     body.position = (0.0, RADIUS)
@@ -92,34 +92,37 @@ def pymunk_speeds(block: float, ground: float) -> Iterator[float]:
     space.add(line, body, shape)
     for _ in range(SETTLING):
         space.step(STEP)
-    body.velocity = (SPEED, body.velocity.y)
+    body.velocity = (push, body.velocity.y)
     while True:
         space.step(STEP)
         yield float(body.velocity.x)
 
 
-def box2d_speeds(block: float, ground: float) -> Iterator[float]:
+def box2d_speeds(block: float, ground: float, slope: float = 0.0, push: float = SPEED) -> Iterator[float]:
     """Yield the speed (m/s) step by step."""
     import Box2D
 
-    world = Box2D.b2World(gravity=(0.0, -GRAVITY))
+    world = Box2D.b2World(gravity=(GRAVITY * sin(slope), -GRAVITY * cos(slope)), doSleep=False)
     world.CreateStaticBody(position=(0.0, -1.0)).CreatePolygonFixture(box=(50.0, 1.0), friction=ground)
     body = world.CreateDynamicBody(position=(0.0, RADIUS), fixedRotation=True)
     body.CreatePolygonFixture(box=(2.0 * RADIUS, RADIUS), density=10.0, friction=block)
     for _ in range(SETTLING):
         world.Step(STEP, 10, 10)
-    body.linearVelocity = (SPEED, 0.0)
+    body.linearVelocity = (push, 0.0)
     while True:
         world.Step(STEP, 10, 10)
         yield float(body.linearVelocity.x)
 
 
-def newton_speeds(block: float, ground: float) -> Iterator[float]:
+def newton_speeds(
+    block: float, ground: float, slope: float = 0.0, push: float = SPEED, iterations: int = 2
+) -> Iterator[float]:
     """Yield the speed (m/s) step by step."""
     from peers.newton_bodies import Body
 
-    body = Body(friction=(block, ground), gravity=GRAVITY, height=RADIUS)
-    for velocity in body.velocities("SolverXPBD", STEP, SETTLING, [SPEED, 0.0, 0.0]):
+    gravity = (GRAVITY * sin(slope), 0.0, -GRAVITY * cos(slope))
+    body = Body(friction=(block, ground), gravity=gravity, height=RADIUS)
+    for velocity in body.velocities("SolverXPBD", STEP, SETTLING, [push, 0.0, 0.0], iterations=iterations):
         yield float(velocity[0])
 
 
@@ -150,11 +153,11 @@ class DrakeBlock:
         self.simulator = systems.analysis.Simulator(builder.Build())
         self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
-    def speeds(self) -> Iterator[float]:
+    def speeds(self, push: float) -> Iterator[float]:
         """Yield the speed (m/s) step by step."""
         self.away.set_translation(self.context, RADIUS)
         self.simulator.AdvanceTo(STEP * SETTLING)
-        self.along.set_translation_rate(self.context, SPEED)
+        self.along.set_translation_rate(self.context, push)
         while True:
             self.simulator.AdvanceTo(self.context.get_time() + STEP)
             yield float(self.along.get_translation_rate(self.context))
@@ -166,9 +169,9 @@ class DrakeBlock:
         return float(self.along.get_translation_rate(self.context))
 
 
-def drake_speeds(block: float, ground: float) -> Iterator[float]:
+def drake_speeds(block: float, ground: float, slope: float = 0.0, push: float = SPEED) -> Iterator[float]:
     """Yield the speed (m/s) step by step."""
-    return DrakeBlock((block, block), (ground, ground), STEP, 0.0).speeds()
+    return DrakeBlock((block, block), (ground, ground), STEP, slope).speeds(push)
 
 
 def _drake_at_rest(step: float) -> str:
@@ -205,6 +208,13 @@ def hop(options: str) -> float:
         mujoco.mj_step(model, data)
         highest = max(highest, float(data.qpos[2]))
     return highest
+
+
+def _rest(speeds: Iterator[float]) -> str:
+    """Return the mean speed in the second second after settling."""
+    second = round(1.0 / STEP)
+    with closing(speeds) as found:  # type: ignore[type-var]
+        return f"{1e3 * STEP * sum(islice(found, second, 2 * second)):.3f} mm/s"
 
 
 def _hop(options: str) -> str:
@@ -246,6 +256,27 @@ def questions() -> list[Question]:
     hops = [("as it comes", ""), ("step 0.2 ms", "timestep='0.0002'"), ("elliptic", cone)]
     hops += [("elliptic, impratio 100", f"{cone} impratio='100'")]
     rest = [(f"{kind}", step) for kind, step in (("continuous", 0.0), ("steps of 1 ms", 1e-3), ("0.1 ms", 1e-4))]
+    resting: list[tuple[str, str, Callable[[], str]]] = [
+        (
+            program,
+            f"{ground:g} for the ground",
+            lambda run=run, ground=ground: _rest(run(0.5, ground, GENTLE, 0.0)),
+        )
+        for program, run, ground in (
+            ("PyBullet", pybullet_speeds, 1.0),
+            ("pymunk", pymunk_speeds, 1.0),
+            ("Box2D", box2d_speeds, 0.5),
+            ("Drake", drake_speeds, 0.5),
+        )
+    ]
+    resting += [
+        (
+            "Newton, XPBD",
+            f"{number} iterations",
+            lambda number=number: _rest(newton_speeds(0.5, 0.5, GENTLE, 0.0, number)),
+        )
+        for number in (2, 10, 50)
+    ]
     return [
         _coefficients("friction coefficient at work, two bodies with one each", 0.2, 0.8),
         _coefficients("friction coefficient at work, equal coefficients", 0.5, 0.5),
@@ -261,4 +292,5 @@ def questions() -> list[Question]:
             "friction 0.5 on a slope of 20 deg (tan = 0.36): speed of what should rest",
             [("MuJoCo", setting, partial(_creep, options, turn)) for setting, options, turn in settings],
         ),
+        Question("the same slope, steps of 1 ms", resting),
     ]

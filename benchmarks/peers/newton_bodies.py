@@ -30,13 +30,13 @@ class Body:
         *,
         friction: tuple[float, float] = (0.0, 0.0),
         restitution: tuple[float, float] = (0.0, 0.0),
-        gravity: float = 0.0,
+        gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
         height: float,
         sphere: bool = False,
         mass: float = 0.0,
     ) -> None:
         self.newton = _load()
-        builder = self.newton.ModelBuilder(gravity=(0.0, 0.0, -gravity))
+        builder = self.newton.ModelBuilder(gravity=gravity)
         block, ground = (
             self.newton.ModelBuilder.ShapeConfig(mu=mu, restitution=e)
             for mu, e in zip(friction, restitution, strict=True)
