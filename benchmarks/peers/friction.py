@@ -129,13 +129,21 @@ def newton_speeds(
 class DrakeBlock:
     """The sphere on two prismatic joints, along the ground and away from it, over a half space."""
 
-    def __init__(self, block: tuple[float, float], ground: tuple[float, float], step: float, slope: float) -> None:
+    def __init__(
+        self,
+        block: tuple[float, float],
+        ground: tuple[float, float],
+        step: float,
+        slope: float,
+        model: str = "lagged",
+    ) -> None:
         from pydrake import geometry, math, systems
         from pydrake.multibody import plant, tree
         from pydrake.systems import analysis, framework  # noqa: F401
 
         builder = systems.framework.DiagramBuilder()
-        self.plant, _ = plant.AddMultibodyPlant(plant.MultibodyPlantConfig(time_step=step), builder)
+        options = plant.MultibodyPlantConfig(time_step=step, discrete_contact_approximation=model)
+        self.plant, _ = plant.AddMultibodyPlant(options, builder)
         self.plant.mutable_gravity_field().set_gravity_vector([GRAVITY * sin(slope), 0.0, -GRAVITY * cos(slope)])
         inertia = tree.UnitInertia.SolidSphere(RADIUS)
         carriage = self.plant.AddRigidBody("carriage", tree.SpatialInertia(0.0, [0.0] * 3, inertia))
@@ -168,10 +176,21 @@ class DrakeBlock:
         self.simulator.AdvanceTo(1.0)
         return float(self.along.get_translation_rate(self.context))
 
+    @property
+    def height(self) -> float:
+        """Height over the ground, m."""
+        return float(self.away.get_translation(self.context)) - RADIUS
+
 
 def drake_speeds(block: float, ground: float, slope: float = 0.0, push: float = SPEED) -> Iterator[float]:
     """Yield the speed (m/s) step by step."""
     return DrakeBlock((block, block), (ground, ground), STEP, slope).speeds(push)
+
+
+def _drake_glides(model: str) -> str:
+    block = DrakeBlock((0.2, 0.2), (0.2, 0.2), STEP, STEEP, model)
+    speed = block.speed_from_rest(0.0)
+    return f"{1e3 * block.height:.2f} mm at {speed:.1f} m/s"
 
 
 def _drake_at_rest(step: float) -> str:
@@ -215,6 +234,12 @@ def _rest(speeds: Iterator[float]) -> str:
     second = round(1.0 / STEP)
     with closing(speeds) as found:  # type: ignore[type-var]
         return f"{1e3 * STEP * sum(islice(found, second, 2 * second)):.3f} mm/s"
+
+
+def _exudyn_rest(friction: dict[str, float]) -> str:
+    from peers.exudyn_block import Block
+
+    return f"{1e3 * Block(GRAVITY, GENTLE, **friction).creep():.3f} mm/s"
 
 
 def _hop(options: str) -> str:
@@ -277,6 +302,11 @@ def questions() -> list[Question]:
         )
         for number in (2, 10, 50)
     ]
+    held: list[tuple[str, dict[str, float]]] = [
+        ("frictionVelocityPenalty 1e3", {"frictionVelocityPenalty": 1e3}),
+        ("frictionStiffness 1e5 too", {"frictionVelocityPenalty": 1e2, "frictionStiffness": 1e5}),
+    ]
+    resting += [("Exudyn", setting, partial(_exudyn_rest, friction)) for setting, friction in held]
     return [
         _coefficients("friction coefficient at work, two bodies with one each", 0.2, 0.8),
         _coefficients("friction coefficient at work, equal coefficients", 0.5, 0.5),
@@ -287,6 +317,10 @@ def questions() -> list[Question]:
         Question(
             "a push of 2 m/s along a level ground, friction 0.5: height that it leaves the ground by",
             [("MuJoCo", setting, partial(_hop, options)) for setting, options in hops],
+        ),
+        Question(
+            "friction 0.2 on tan = 0.5: height over the ground while it slides",
+            [("Drake", model, partial(_drake_glides, model)) for model in ("lagged", "similar", "sap")],
         ),
         Question(
             "friction 0.5 on a slope of 20 deg (tan = 0.36): speed of what should rest",
