@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# MuJoCo's noslip solver stops the creep of a body at rest on pyramidal friction cones, the default, up to exactly half of
-# the friction coefficient; beyond it does nothing at all, however many iterations it is given.
+# MuJoCo's noslip solver stops the creep of a body at rest on pyramidal friction cones, the default, up to exactly
+# half of the friction coefficient; beyond it does nothing at all, however many iterations it is given.
 #
 # Guess before: friction is regularized, so that a body creeps (the documentation says so, and recommends elliptic
 # cones, a larger impratio, or noslip_iterations against it); the noslip solver drops the regularization, so that any

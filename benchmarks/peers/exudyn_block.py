@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from math import cos, sin
 from typing import Any
+
+from peers.exudyn_cables import load
 
 SEGMENTS, RADIUS, PLACE = 4, 0.1, 0.4  # of a cable of 1 m; m; m, inside of a segment
 STEP, DURATION = 1e-3, 3.0  # s
@@ -14,11 +15,8 @@ class Block:
     """A circle of 1 kg that does not turn, on a slope, with friction 0.5."""
 
     def __init__(self, gravity: float, slope: float, **friction: float) -> None:
-        sys.exudynFast = True  # type: ignore[attr-defined]
-        import exudyn
-
-        self.exudyn, self.items = exudyn, exudyn.itemInterface
-        self.system = exudyn.SystemContainer().AddSystem()
+        self.exudyn = load()
+        self.items, self.system = self.exudyn.itemInterface, self.exudyn.SystemContainer().AddSystem()
         add, items = self.system, self.items
         self.fixed = self._coordinate(add.AddNode(items.NodePointGround()), 0)
         nodes = [add.AddNode(items.NodePoint2DSlope1(referenceCoordinates=[x, 0.0, 1.0, 0.0])) for x in (0.0, 1.0)]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from functools import partial
 from itertools import islice
 from math import sqrt
 from typing import Any
 
+from peers.exudyn_cables import load
 from peers.problems import Question
 
 RADIUS = 0.1  # m
@@ -99,16 +99,9 @@ def newton_rebound(
     return max(0.0, max(float(v[2]) for v in islice(found, round(2.0 * gap / speed / step) + 20))) / speed
 
 
-def _exudyn() -> Any:
-    sys.exudynFast = True  # type: ignore[attr-defined]
-    import exudyn
-
-    return exudyn
-
-
 def exudyn_rebound(restitution: float, **options: int) -> float:
     """Return the rebound of two spheres, one of them held, on a penalty."""
-    exudyn = _exudyn()
+    exudyn = load()
     from exudyn.utilities import InertiaSphere
 
     items, system = exudyn.itemInterface, exudyn.SystemContainer().AddSystem()
@@ -135,7 +128,7 @@ def exudyn_rebound(restitution: float, **options: int) -> float:
 
 def exudyn_critical(step: float) -> str:
     """Return the rebound from a coordinate contact with critical damping, and how hard it pulls."""
-    exudyn = _exudyn()
+    exudyn = load()
     items, system, place = exudyn.itemInterface, exudyn.SystemContainer().AddSystem(), [GAP]
     ball = system.AddNode(
         items.Node1D(referenceCoordinates=[0.0], initialCoordinates=place, initialVelocities=[-SPEED])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from functools import partial
 from math import cos, log, radians, sin
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from peers.exudyn_cables import load
 from peers.problems import Question
 
 #: a chain of links (m, kg) without friction or damping, straight and at rest at an angle to hanging, let go
@@ -41,16 +41,9 @@ def mujoco_chain(integrator: str, step: float) -> float:
     return (float(np.mean(energies[-round(1.0 / step) :])) - energies[0]) / ENERGY
 
 
-def _exudyn() -> Any:
-    sys.exudynFast = True  # type: ignore[attr-defined]
-    import exudyn
-
-    return exudyn
-
-
 def exudyn_chain(solver: str, step: float) -> float:
     """Return what the energy gains in parts of what it was, as a mean over the last second."""
-    exudyn = _exudyn()
+    exudyn = load()
     from exudyn.utilities import RigidBodyInertia, RotationMatrixZ
 
     system, along = exudyn.SystemContainer().AddSystem(), np.array([sin(ANGLE), -cos(ANGLE), 0.0])
@@ -96,7 +89,7 @@ def exudyn_segments(place: float) -> float:
 
     The cable is 1 m long, the place in m along it, the radius 0.1 m, the depth 0.1 mm.
     """
-    exudyn = _exudyn()
+    exudyn = load()
     items, system, segments = exudyn.itemInterface, exudyn.SystemContainer().AddSystem(), 4
     stiffness, radius, depth = 1e6, 0.1, 1e-4
     nodes = [system.AddNode(items.NodePoint2DSlope1(referenceCoordinates=[x, 0.0, 1.0, 0.0])) for x in (0.0, 1.0)]
@@ -131,7 +124,7 @@ def exudyn_segments(place: float) -> float:
 
 def exudyn_eigenvalues(**options: bool) -> list[float]:
     """Return the eigenvalues (1/s^2) of 1 kg on springs of -4, 9 and 16 N/m along the three axes."""
-    exudyn = _exudyn()
+    exudyn = load()
     items, system = exudyn.itemInterface, exudyn.SystemContainer().AddSystem()
     node = system.AddNode(items.NodePoint())
     system.AddObject(items.MassPoint(mass=1.0, nodeNumber=node))
