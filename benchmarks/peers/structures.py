@@ -211,6 +211,28 @@ def elastica_cantilever(elements: int) -> float:
     return float(rod.position_collection[1, -1]) / 1e-3
 
 
+def mujoco_cantilever(elements: int) -> float:
+    """Return the deflection of a clamped elastic flex's tip under a small force, over Euler and Bernoulli's.
+
+    It is clamped by its first two nodes, and damped until it rests.
+    """
+    import mujoco
+
+    length, radius, modulus, deflection = 1.0, 0.01, 1e9, 5e-3
+    force = deflection * 3.0 * modulus * np.pi * radius**4 / 4.0 / length**3
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><option gravity='0 0 0' integrator='discrete'/><worldbody><body name='root'>"
+        f"<flexcomp name='rod' type='grid' dim='1' count='{elements + 1} 1 1' radius='{radius}' mass='0.3'"
+        f" spacing='{length / elements} 1 1'><edge equality='true'/><pin id='0 1'/>"
+        f"<elasticity young='{modulus}' damping='0.02'/><contact selfcollide='none'/></flexcomp>"
+        "</body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    data.xfrc_applied[model.flex_vertbodyid[-1], 2] = force
+    mujoco.mj_step(model, data, 4000)
+    return float(data.flexvert_xpos[-1, 2]) / deflection
+
+
 def mujoco_mass() -> float:
     """Return the mass (kg) of a body with an `inertial` of 1 kg and a box with a density."""
     import mujoco
@@ -290,6 +312,7 @@ def questions() -> list[Question]:
         for elements, unit, label in ((10, 1.0, "m"), (20, 1.0, "m"), (10, 1e-3, "mm"))
     ]
     clamped = [("PyElastica", f"{n} elements", partial(elastica_cantilever, n)) for n in (5, 10, 20)]
+    clamped += [("MuJoCo", f"flex, {n} elements", partial(mujoco_cantilever, n)) for n in (5, 10, 20)]
     places = (0.375, 0.49, 0.4975, 0.499, 0.5)
     masses = [
         ("MuJoCo", "inertial of 1 kg, density 1000", mujoco_mass),
