@@ -6,9 +6,9 @@
 #
 # Seen (PyBullet 3.2.7, restitution 1 of ball and plane, 2 m/s, no gravity, ten heights): on average 1.03 of the
 # speed at steps of 1/60 s, 0.93 at the default of 1/240 s (0.65 to 1.04), 0.04 at 1/1000 s, and nothing at 1/10000 s.
-# The manual does not say so; a developer calls it an artifact of predictive contact (bullet3, issue 3094).  What
-# fits: a ball that is less than a step from the ground is slowed down so as to arrive there, and only a fall that
-# takes it from outside of the margin, of some millimetres, into the ground rebounds.
+# A developer calls poor restitution an artifact of predictive contact (bullet3, issue 3094).  What fits: a ball that
+# is less than a step from the ground is slowed down so as to arrive there, and only a fall that takes it from outside
+# of the margin, of some millimetres, into the ground rebounds.
 #
 # PyBullet has wheels up to Python 3.11; with a later one pip compiles it, which takes long.
 set -euo pipefail
