@@ -18,7 +18,7 @@ LOCKED = dict(
 )
 LOCKED = {name.lower().replace("_", "-"): version for name, version in LOCKED.items()}
 #: of other programs, which only the benchmarks take and no lock holds
-UNLOCKED = {"exudyn", "mujoco"}
+UNLOCKED = {Requirement(need).name for need in PROJECT["optional-dependencies"]["bench"]}
 NEEDS = [
     *PROJECT["dependencies"],
     *(need for extra in PROJECT["optional-dependencies"].values() for need in extra),

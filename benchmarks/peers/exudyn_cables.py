@@ -19,7 +19,8 @@ FLIGHT = {"slope": 0.315, "slap": 0.372, "circles": 0.368}
 LONG_STEP = 1e-4  # s
 
 
-def _load() -> Any:
+def load() -> Any:
+    """Return Exudyn, in its build without checks of ranges."""
     sys.exudynFast = True  # type: ignore[attr-defined]
     import exudyn
 
@@ -36,7 +37,7 @@ class Cables:
     """
 
     def __init__(self, scenario: Scenario, elements: int, bedding: float) -> None:
-        self.exudyn = _load()
+        self.exudyn = load()
         self.items = self.exudyn.itemInterface
         self.container = self.exudyn.SystemContainer()
         self.system = self.container.AddSystem()

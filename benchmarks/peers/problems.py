@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos, sin
 from pathlib import Path
 from typing import NamedTuple
@@ -62,6 +63,13 @@ class Circle(NamedTuple):
     x: float
     y: float
     radius: float
+
+
+class Question(NamedTuple):
+    """What is asked of programs: for each its name, its settings, and a run that returns what it finds."""
+
+    title: str
+    runs: list[tuple[str, str, Callable[[], str]]]
 
 
 class Found(NamedTuple):
