@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.beam import Energies
@@ -142,8 +141,10 @@ def recovery(beam: ExactBeam, x: Array, without: frozenset[int], masses: Array) 
     return found
 
 
-def _lagrange(nodes: Array) -> KroghInterpolator:
+def _lagrange(nodes: Array) -> Any:
     """Lagrange polynomials of some nodes."""
+    from scipy.interpolate import KroghInterpolator  # a fifth of a second, which reading its kernels would cost
+
     return KroghInterpolator(nodes, np.eye(nodes.size))
 
 

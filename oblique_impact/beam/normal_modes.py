@@ -33,8 +33,10 @@ def normal_modes(model: BeamModel) -> NormalModes | None:
         stiffness += model.ground.stiffness
         damping += model.ground.damping
     squares, shapes = eigh(stiffness, mass)
+    if not stiffness[0].any():  # a swing is the first mode; what rounding bends in it would be a force of its own
+        squares[0], shapes[:, 0] = 0.0, np.eye(size)[0] / np.sqrt(mass[0, 0])
     damped = shapes.T @ damping @ shapes
     own = np.diag(damped).copy()
     if np.any(np.abs(damped - np.diag(own)) > _UNCOUPLED * np.max(np.abs(own))):
         return None
-    return NormalModes(shapes, shapes.T @ mass, np.maximum(squares, 0.0), own)
+    return NormalModes(shapes, np.linalg.inv(shapes), np.maximum(squares, 0.0), own)

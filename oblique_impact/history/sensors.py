@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from oblique_impact.beam.bent_beam import OF_A_FREE_BEAM, BentBeam
 from oblique_impact.beam.cross_sections import Sections
@@ -26,6 +25,8 @@ def sensor_reading(history: History, sensor: str, place: float, times: Array) ->
 
     Between stations by a spline of degree 5, between samples by cubics, never across a jump.
     """
+    from scipy.interpolate import make_interp_spline  # a fifth of a second, for which runs do not wait
+
     scenario, data = history.scenario, history
     assert scenario is not None
     spline = make_interp_spline(data["station"].values, np.eye(data["station"].size), k=5)

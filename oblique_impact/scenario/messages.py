@@ -21,6 +21,12 @@ class _Toml(reprlib.Repr):
     def repr_str(self, x: str, level: int) -> str:
         return json.dumps(x if len(x) <= 60 else f"{x[:57]}...", ensure_ascii=False)
 
+    def repr_dict(self, x: dict[Any, Any], level: int) -> str:
+        if level <= 0:
+            return "{...}"
+        shown = [f"{name} = {self.repr1(x[name], level - 1)}" for name in list(x)[: self.maxdict]]
+        return f"{{{', '.join(shown + ['...'] * (len(x) > self.maxdict))}}}"
+
     def repr_bool(self, x: bool, level: int) -> str:
         return str(x).lower()
 

@@ -153,11 +153,11 @@ class Scenario(ScenarioModel):
             known, inside = builtin_names(), path / "scenario.toml"
             meant = f"; did you mean {inside}?" if os.path.isfile(inside) else did_you_mean(source, known)
             words = f"neither a file nor a built-in scenario ({', '.join(known)}){meant}"
-            raise InputError(f"scenario = {source!r:.500}: {words}")
+            raise InputError(f'scenario = "{source:.500}": {words}')
         try:
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:
-            raise InputError(f"scenario = {short(str(source))}: cannot be read: {error}") from None
+            raise InputError(f'scenario = "{source}": cannot be read: {error}') from None
         return cls.from_toml(text, overrides, source, path.parent)
 
     def replace(self, **values: Any) -> Scenario:

@@ -115,7 +115,7 @@ def test_stuck_contacts_hold_a_beam_along_its_stop():
     free, stuck = (frequencies_at_rest(lying, friction=friction) for friction in ("free", "stuck"))
     assert free.frequencies.size - stuck.frequencies.size == 1
     assert stuck.frequencies[0] > free.frequencies[0]
-    with pytest.raises(InputError, match=r'^contact\.friction = \'frictionless\': should be "hybrid"'):
+    with pytest.raises(InputError, match=r'^contact\.friction = "frictionless": should be "hybrid"'):
         frequencies_at_rest(lying.replace(contact__friction="frictionless"), friction="stuck")
 
 

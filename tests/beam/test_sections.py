@@ -19,14 +19,14 @@ LENGTH = 1.3
 # Input ----------------------------------------------------------------------------------------------------------
 
 BAD = {
-    "not a number": ('[beam]\narea = "thick"', ["beam.area", "'thick'", "number in m^2", "1 m^2"]),
+    "not a number": ('[beam]\narea = "thick"', ["beam.area", '"thick"', "number in m^2", "1 m^2"]),
     "one row": ("[beam]\narea = [[0, 1e-4]]", ["beam.area", "2 to 1000 pairs", "not of 1"]),
     "too many rows": (f"[beam]\narea = {[[i, 1.0] for i in range(1001)]}", ["beam.area", "1000", "not of 1001"]),
     "row of three": (
         "[beam]\narea = [[0, 1e-4], [1, 2e-4, 3]]",
         ["beam.area", "pairs", "row 2", "[1, 0.0002, 3]"],
     ),
-    "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{'a': 1}"]),
+    "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{a = 1}"]),
     "late start": ("[beam]\narea = [[0.1, 1], [1, 1]]", ["beam.area", "begins at x = 0", "not at 0.1"]),
     "not ascending": ("[beam]\narea = [[0, 1], [0.5, 1], [0.5, 2], [1, 1]]", ["beam.area", "ascending", "row 3"]),
 }

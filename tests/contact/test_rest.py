@@ -196,7 +196,7 @@ REFUSED = [
 @pytest.mark.parametrize(("keys", "words"), REFUSED)
 def test_a_beam_that_nothing_holds_is_refused_in_one_line(keys, words):
     scenario = Scenario.builtin("paper", [*keys.split(), "initial.state=equilibrium"])
-    with pytest.raises(InputError, match=rf"^initial.state = 'equilibrium': {words}"):
+    with pytest.raises(InputError, match=rf'^initial.state = "equilibrium": {words}'):
         simulate(scenario)
 
 
@@ -218,7 +218,7 @@ def test_keys_of_the_start_that_do_not_fit_are_refused(keys, words):
 
 def test_a_root_that_turns_does_not_start_at_rest():
     turning = ["root.kind=driven", "root.profile=constant-speed", "root.spin_rate=1"]
-    with pytest.raises(InputError, match=r"^initial\.state = 'equilibrium': should be"):
+    with pytest.raises(InputError, match=r'^initial\.state = "equilibrium": should be'):
         Scenario.builtin("paper", [*turning, "initial.state=equilibrium"])
 
 

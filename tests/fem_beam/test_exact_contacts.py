@@ -163,8 +163,8 @@ def test_a_contact_pushes_at_its_obstacle_as_its_spring_and_coulomb_say(pegs):
 def test_variables_are_those_of_modes(pegs):
     given = scenario("end_time=0.005").adapted(discretization__method="modal", solver__scheme="event")
     modes = simulate(given)
-    assert set(pegs) == set(modes)
-    for name in modes:
+    assert set(pegs) | {"qdd"} == set(modes)
+    for name in set(modes) - {"qdd"}:
         assert pegs[name].dims == modes[name].dims, name
         assert str(pegs[name].attrs) == str(modes[name].attrs), name
     here, there = pegs.events[0], modes.events[0]

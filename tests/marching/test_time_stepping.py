@@ -368,9 +368,9 @@ def test_what_a_driven_root_supplies_is_the_energy_and_all_losses(friction):
 def test_a_free_run_is_of_second_order(keys):
     keys = *keys.split(), "contact.enabled=false"
     exact, apart = built_in("paper", *keys, "solver.tolerance=1e-12"), []
-    for step in (4e-5, 2e-5):
+    for step in (1e-5, 5e-6):
         found = built_in("paper", *keys, STEPS, f"solver.free_step={step}")
         apart.append(np.hypot(*(found[name].values[-1] - exact[name].values[-1] for name in ("tip_x", "tip_y"))))
         assert abs(found.balance["unaccounted"]) < 1e-8 * abs(found.balance["final"])
-    assert apart[0] < 2e-7
+    assert apart[0] < 5e-8
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.05)

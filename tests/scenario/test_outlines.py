@@ -87,7 +87,7 @@ def test_points_are_read_from_a_file_beside_the_scenario(tmp_path, monkeypatch, 
     valid({"obstacles": [{"kind": "polyline", "points": "lay.csv"}]})
     valid({"obstacles": [{"kind": "polyline", "points": STEP}]})
     (tmp_path / "lay.csv").write_text("x,y\n0.2,-0.05\n0.6,high\n", encoding="utf-8")
-    with refused_in_one_line("line 3 is '0.6,high', should be two numbers x,y in m"):
+    with refused_in_one_line('line 3 is "0.6,high", should be two numbers x,y in m'):
         Scenario.load("case.toml")
 
 
@@ -126,7 +126,7 @@ def test_at_rest_a_beam_is_not_bent_out_of_an_outline():
 @pytest.mark.parametrize(
     ("keys", "line"),
     [
-        ({"extent": [0.0, 1.0]}, 'extent = (0.0, 1.0): has no effect: only with kind = "side"'),
+        ({"extent": [0.0, 1.0]}, 'extent = [0.0, 1.0]: has no effect: only with kind = "side"'),
         ({"radius": 0.1}, 'radius = 0.1: has no effect: only with kind = "point"'),
         ({"kind": "side", "origin": [0.5, -0.1]}, 'has no effect: only with kind = "polyline"'),
     ],
