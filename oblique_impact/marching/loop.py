@@ -459,6 +459,9 @@ class Run:
         It is the scheme's where fixed steps notice contacts late, and the stop's that a beam slides off: less what
         it hands over.
         """
+        least = self.problem.decision.tolerances.gap
+        if not change.passages and all(abs(before.of(i).gap) <= least for i in change.states):
+            return  # located, where nothing is pressed in
         lost, criterion = self._held(before) - self._held(after), self.decision.stick_criterion
         if change.passages:
             self._own(change.passages[0][0])[STOP_LOSS] += lost
@@ -577,7 +580,8 @@ class Run:
             last = float(times[-1])
             self._enter_changes(change for change in changes if change.step_end <= last)
             self._store(times, states, self._observe(times, states), self._states())
-            self._set_mark(last, states[-1])
+            if progress.reason != base.AT_GUARD:  # where another mark follows at once
+                self._set_mark(last, states[-1])
         self._enter_changes(change for change in changes if last < change.step_end <= self._now.t)
         if inside:
             self._take_peaks()
