@@ -73,7 +73,7 @@ def take_travel(contacts: Contacts, y: Array, d: int) -> None:
         contacts.each[i].travel = y[2 * d + QUADRATURES + OF_A_CONTACT * i + TRAVEL]
 
 
-@inlined
+@jitable
 def derivative(system: Any, contacts: Contacts, t: float, y: Array, w: Workspace, dy: Array) -> int:
     """Time derivative of y into `dy`, with the contacts in their states; returns the status."""
     d, y, dy = w.vectors.shape[1], by_reference(y), by_reference(dy)

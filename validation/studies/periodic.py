@@ -425,7 +425,8 @@ def _limit(history: History, whole: np.ndarray, longest: int) -> tuple[np.ndarra
 def _motion(history: History) -> np.ndarray:
     """Return places x + i y (m) and velocities (m/s) of the stations, (samples, 2, stations)."""
     assert history.scenario is not None
-    bent = BentBeam.of_history(history.scenario, {name: history[name] for name in history})
+    names = "theta", "theta_dot", "station", "ux", "uy", "ux_dot", "uy_dot"
+    bent = BentBeam.of_history(history.scenario, {name: history[name].values for name in names})
     return np.stack([bent.point(), bent.velocity()], axis=1)
 
 
