@@ -160,7 +160,7 @@ def solve_problem(
 
 
 def take_derivative(system: Any, contacts: Contacts, t: float, y: Array, w: Workspace, dy: Array) -> int:
-    """Call :func:`derivative` from Python."""
+    """Call :func:`~oblique_impact.marching.equations.derivative` from Python."""
     return _ask(system, contacts, _RATES, t, y, w, dy)
 
 
