@@ -92,7 +92,7 @@ class Chart:
         curves = panel.curves if len(panel.curves) > 1 else []
         handles: list[Any] = [Line2D([], [], linestyle=c.dash, color=c.colour, lw=2.7 * thin) for c in curves]
         labels = [curve.label for curve in curves]
-        if has_bands and len(curves) <= 2:  # else the chart beside has it, and here is no room
+        if has_bands and len(curves) <= 2:  # beside more there is no room
             handles.append(Patch(color=panel.curves[0].colour if not curves else theme.dim, alpha=2.0 * BAND))
             labels.append(BAND_WORDS)
         if handles:
