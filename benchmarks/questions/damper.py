@@ -11,8 +11,8 @@ from questions.question import Question, Row, run
 _DAMPING = 0.25  # s/m
 
 _REBOUND = """\
-oblique-impact run rigid-limit --set contact.normal=spring --set contact.stiffness=1e5 \\
-    --set contact.damping=0.25 --set initial.angular_velocity=-64 --set gravity=0 --set end_time=0.03 --out out/rebound"""
+oblique-impact run rigid-limit --set contact.normal=spring --set contact.stiffness=1e5 --set gravity=0 \\
+    --set contact.damping=0.25 --set initial.angular_velocity=-64 --set end_time=0.03 --out out/rebound"""
 
 
 def _leaves(speed: float) -> float:
@@ -42,15 +42,15 @@ def rebound() -> list[Row]:
 QUESTIONS = [
     Question(
         name="rebound",
-        title="A beam strikes a damped stop (Hunt and Crossley's) 16 times as fast: how much faster does it leave?",
+        title="A beam strikes a Hunt-Crossley stop 16 times as fast: how much faster does it leave?",
         guess="nearly 16 times; a coefficient of restitution falls a little with speed",
         answer="{3[leaves with (m/s)]:.2f} m/s after {1[leaves with (m/s)]:.2f} m/s; 4 m/s is the bound",
         wrong=True,
         cost=400,
         price="rebounds several times too high, the next blow too early",
-        why="The force k d (1 + c d') never pulls: it ends where the beam leaves with 1/c, here 4 m/s, however deep "
-        "it is in the stop. A harder blow goes deeper, and the damper takes all that is more. Neither the stiffness "
-        "of the stop nor the mass of the beam is in the answer.",
+        why="The force k d (1 + c d') never pulls: it ends where the beam leaves with 1/c, here 4 m/s, however "
+        "deep it is in the stop. A harder blow goes deeper, and the damper takes all that is more. Neither the "
+        "stiffness of the stop nor the mass of the beam is in the answer.",
         command=_REBOUND,
         cases="falls with",
         beside="a mass on such a stop, where v/c - ln(1 + c v)/c² is the same at both ends of the contact",
