@@ -165,7 +165,7 @@ def rest() -> Iterator[Measurement]:
             yield within(f"last contact, {name}", found, exact, "s", 1e-4, text, f"last-{case}")
 
 
-@check("A strip beside a stop swings further above its own frequency than at it.", seconds=1.5)
+@check("A strip beside a stop swings further above its own frequency than at it.", seconds=2.0)
 def swing() -> Iterator[Measurement]:
     """Shaken for 4 s at its own frequency, 13.37 Hz, and at 15.5 Hz."""
     wanted, text = VALUES["which-way-swing"], source("which-way-swing")
