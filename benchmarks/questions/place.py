@@ -40,8 +40,8 @@ QUESTIONS = [
         price="a peg put where it costs most",
         why="At its node the first mode takes no part, and what does is the second, which internal damping takes "
         "ten times as fast. On the soft peg the contact lasts one and a half of its periods, which leaves it "
-        "nearly at rest; on the stiff one 0.6 of one, which excites it most. Nearer to the pin, at 0.44 L and again "
-        "at 0.62 L, the blow goes into the first mode: little is lost, but the beam vibrates and does not rebound.",
+        "nearly at rest; on the stiff one 0.6 of one, which excites it most. At 0.44 L, and again at 0.62 L, the "
+        "blow goes into the first mode: little is lost, but the beam vibrates and does not rebound.",
         command=_PLACE,
         cases="peg at, to 0.45 s",
         beside="the modes of `benchmarks/questions/independent.py`, pushed at one place of the axis",

@@ -240,11 +240,11 @@ class Beam:
         found = [place_record(True, (place, *np.zeros(5)), self.foreshortening) for place in places]
         return np.array(found, PLACE).view(np.recarray)
 
-    def _ground(self) -> floating_frame.GroundSpring | None:
-        """Spring and dashpot between hub and ground; None if there is neither."""
+    def _ground(self) -> floating_frame.GroundSpring:
+        """Spring and dashpot between hub and ground."""
         root, turn = self.scenario.root, np.append(1.0, self.operators.root_slope)
         if root.kind != "hub" or root.stiffness == root.damping == 0.0:
-            return None
+            return floating_frame.NO_GROUND
         share, damping = np.outer(turn, turn), np.zeros((turn.size, turn.size))
         if self._modes_on_spring is not None:
             damping = self._modes_on_spring.damping_matrix()
@@ -283,7 +283,7 @@ class Beam:
         places, angles, fibres = numbers[:, 0], numbers[:, 1], np.where(sides, numbers[:, 4], 0.0)
         return Compliance.between(
             np.where(sides, places, np.nan),
-            angles,
+            np.ascontiguousarray(angles),
             np.where(sides, 0.0, numbers[:, 4]),
             fibres,
             senses,
@@ -594,7 +594,7 @@ class FullBeam(Beam):
                 vectors[row, :near] = bands[which, :near, 0]
                 bands[which, :, 0] = 0.0
             bands[frame.MASS_BAND, 0, 0] = o.inertia  # that of the prescribed coordinate is of no effect
-        factored, massless = bands, None
+        factored, massless = bands, nodal_frame.WITH_INERTIA
         if o.means is not None:
             held = o.sections.hub_inertia > 0.0 or s.discretization.frame == "tangent"
             massless = frame.mean_velocities(o.means.toarray(), held, self._yields)
@@ -653,7 +653,7 @@ class FullBeam(Beam):
             np.zeros(size),
             np.zeros(size),
             np.zeros((VECTORS, size)),
-            np.ascontiguousarray(o.contact_shape) if o.left_out > 0.0 else None,
+            np.ascontiguousarray(o.contact_shape) if o.left_out > 0.0 else np.zeros(0),
         )
 
     def initial_state(self) -> tuple[Array, Array]:

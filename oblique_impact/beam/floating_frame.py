@@ -99,9 +99,12 @@ class GroundSpring(NamedTuple):
     mode like the others.
     """
 
-    stiffness: Array  # (n + 1, n + 1)
+    stiffness: Array  # (n + 1, n + 1); (0, 0) of a beam without
     damping: Array  # (n + 1, n + 1)
     angle: float  # rad, at which the spring is unstrained
+
+
+NO_GROUND = GroundSpring(np.zeros((0, 0)), np.zeros((0, 0)), 0.0)
 
 
 class Loads(NamedTuple):
@@ -120,9 +123,9 @@ class _BeamData(NamedTuple):
     places: Places
     shaking: Shaking  # of the base
     loads: Loads  # forces on the beam
+    ground: GroundSpring
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
     quadrature: Quadrature | None = None  # of exact kinetic energy alone
-    ground: GroundSpring | None = None  # of a hub alone
 
 
 @inlined
@@ -169,9 +172,9 @@ def _apply_forces(model: BeamModel, t: float, theta: float, B: Array, Bd: Array,
 
 
 @jitable
-def _apply_ground(ground: GroundSpring | None, q: Array, qd: Array, v: Array) -> float:
-    """Add spring and dashpot of a hub; the power (W) of the dashpot.  The compiler drops this of one without."""
-    if ground is None:
+def _apply_ground(ground: GroundSpring, q: Array, qd: Array, v: Array) -> float:
+    """Add spring and dashpot of a hub; the power (W) of the dashpot."""
+    if ground.stiffness.shape[0] == 0:
         return 0.0
     forces, power = v[FORCES], 0.0
     for i in range(q.shape[0]):
@@ -529,12 +532,11 @@ def add_beam_tangent(
 
 
 @jitable
-def _add_ground(ground: GroundSpring | None, velocity: float, position: float, target: Array) -> None:
+def _add_ground(ground: GroundSpring, velocity: float, position: float, target: Array) -> None:
     """Add velocity * damping matrix + position * stiffness matrix of spring and dashpot of a hub."""
-    if ground is not None:
-        for i in range(target.shape[0]):
-            for j in range(target.shape[1]):
-                target[i, j] += velocity * ground.damping[i, j] + position * ground.stiffness[i, j]
+    for i in range(ground.stiffness.shape[0]):
+        for j in range(ground.stiffness.shape[1]):
+            target[i, j] += velocity * ground.damping[i, j] + position * ground.stiffness[i, j]
 
 
 @jitable
@@ -546,9 +548,9 @@ def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) 
 
 
 @jitable
-def _ground_damping(ground: GroundSpring | None, qd: Array, product: Array) -> float:
+def _ground_damping(ground: GroundSpring, qd: Array, product: Array) -> float:
     """Power (W) of the dashpot of a hub."""
-    if ground is None:
+    if ground.damping.shape[0] == 0:
         return 0.0
     multiply(ground.damping, qd, product)
     return float(dot(product, qd))

@@ -100,7 +100,7 @@ class NodalPlaces(NamedTuple):
     q: Array  # (m + 1,) theta and B
     qd: Array  # (m + 1,)
     vectors: Array  # (23, m + 1) see `Workspace`
-    condensed: Array | None  # (n,) the last deflection by the n coordinates, if it is none of them
+    condensed: Array  # (n,) the last deflection by the n coordinates; (0,): it is one of them
 
 
 class NodalLoads(NamedTuple):
@@ -116,9 +116,12 @@ class MeanVelocities(NamedTuple):
     b_e r_e = 1, b_e r_f = 0; both are over deflection and slope at the start and at the end of each element.
     """
 
-    means: Array  # (elements, 4)
+    means: Array  # (elements, 4); (0, 4) of nodes with inertia
     motions: Array  # (elements, 4)
     held: bool  # whether the first coordinate has an inertia of its own, or is prescribed
+
+
+WITH_INERTIA = MeanVelocities(np.zeros((0, 4)), np.zeros((0, 4)), False)
 
 
 #: what is one number of a nodal beam with its root
@@ -153,8 +156,8 @@ class _NodalData(NamedTuple):
     places: NodalPlaces
     shaking: Shaking  # of the base
     loads: NodalLoads  # forces on the beam
+    massless: MeanVelocities
     drive: Law | None = None  # acceleration (rad/s^2) of a driven root over time, in the place of a spin-up
-    massless: MeanVelocities | None = None  # of a mesh whose nodes have no inertia
 
 
 @jitable
@@ -193,9 +196,9 @@ def _take_places(model: NodalModel, places: NodalPlaces, q: Array, qd: Array) ->
 
 
 @jitable
-def _expand(condensed: Array | None, yields: int, frame: Array) -> None:
-    """Insert the last deflection, which follows the other coordinates; the compiler drops this where none does."""
-    if condensed is None:
+def _expand(condensed: Array, yields: int, frame: Array) -> None:
+    """Insert the last deflection where it follows the other coordinates."""
+    if condensed.shape[0] == 0:
         return
     last, deflection = frame.shape[0] - 1, 0.0
     for j in range(condensed.shape[0]):
@@ -205,9 +208,9 @@ def _expand(condensed: Array | None, yields: int, frame: Array) -> None:
 
 
 @jitable
-def _condense(condensed: Array | None, yields: int, row: Array) -> None:
+def _condense(condensed: Array, yields: int, row: Array) -> None:
     """Take the last deflection out of a row over the coordinates, see `_expand`."""
-    if condensed is None:
+    if condensed.shape[0] == 0:
         return
     last = row.shape[0] - 1
     share = row[last - 1]
@@ -311,9 +314,9 @@ def measure_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
 
 
 @jitable
-def _keep_means(massless: MeanVelocities | None, yields: int, mean: Array, v: Array) -> None:
-    """Replace `v` by `mean`, but for its means on the elements; the compiler drops this for nodes with inertia."""
-    if massless is None:
+def _keep_means(massless: MeanVelocities, yields: int, mean: Array, v: Array) -> None:
+    """Replace `v` by `mean`, but for its means on the elements, where nodes have no inertia."""
+    if massless.means.shape[0] == 0:
         return
     b, r, n = massless.means, massless.motions, v.shape[0]
     root = v[0] - mean[0] if massless.held else 0.0

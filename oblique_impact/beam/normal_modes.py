@@ -29,7 +29,7 @@ def normal_modes(model: BeamModel) -> NormalModes | None:
     mass[0, 1:] = mass[1:, 0] = 0.0 if driven else model.vectors[COUPLING]
     for matrix, which in ((mass, ELASTIC_MASS), (stiffness, STIFFNESS), (damping, DAMPING)):
         matrix[1:, 1:] = model.matrices[which]
-    if model.ground is not None:
+    if model.ground.stiffness.size:
         stiffness += model.ground.stiffness
         damping += model.ground.damping
     squares, shapes = eigh(stiffness, mass)

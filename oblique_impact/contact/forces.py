@@ -642,10 +642,10 @@ def guards_into(contacts: Contacts, values: Array) -> None:
 
 
 def guard_values(contacts: Contacts) -> Array:
-    """Return the guards of all contacts, five of each."""
+    """Return the guards of all contacts, which are in plain Python, five of each."""
     n = len(contacts.each)
     values = np.empty(n * (GUARDS + 1))
-    guards_into(contacts.in_python(), values)
+    guards_into(contacts, values)
     return values[: n * GUARDS]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,6 @@ from oblique_impact.contact.state import (
     SLIDING,
     UPPER,
     Candidate,
-    Contacts,
     Tolerances,
 )
 from oblique_impact.kernels.jit import inlined
@@ -88,13 +88,12 @@ def guard_count(guards: Array) -> int:
     return int(guards.shape[1] // (GUARDS + 1) * GUARDS)
 
 
-def arm(contacts: Contacts, scratch: Scratch, initial: Array) -> None:
+def arm(contacts: Sequence[Candidate], scratch: Scratch, initial: Array) -> None:
     """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first.
 
     `initial` (5 n,) are the guards of n contacts at the start of the phase.
     """
-    each = [contacts.of(i) for i in range(len(contacts.each))]
-    thresholds = np.concatenate([_thresholds(c, scratch.tolerances) for c in each])
+    thresholds = np.concatenate([_thresholds(c, scratch.tolerances) for c in contacts])
     scratch.guards[ARMED, : initial.size] = initial > thresholds
     # one that starts below zero, by rounding, has not fallen yet
     scratch.guards[THRESHOLD, : initial.size] = thresholds + np.maximum(-initial, 0.0)

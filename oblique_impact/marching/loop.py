@@ -91,7 +91,7 @@ class _Mark(NamedTuple):
 
     now: StepState
     y: Array
-    states: list[Candidate]
+    contacts: Any
     open: dict[int, OpenContact]  # contacts that are closed there
     counts: list[int]  # of what is recorded
 
@@ -183,13 +183,13 @@ class Run:
         """Mark where the run is, or its last sample at a time (s) with a state vector, to return to it."""
         counts = [len(entries) for entries in self._recorded()]
         now, state = self._now if t is None else self._now._replace(t=t), self._y if y is None else y
-        self._mark = _Mark(now, state.copy(), self._states(), self._book.copy_open(), counts)
+        self._mark = _Mark(now, state.copy(), self.contacts.copied(), self._book.copy_open(), counts)
 
     def _return_to_mark(self) -> None:
         """Return to the last mark: what has been recorded since then belongs to no state."""
         mark = self._mark
         self._now, self._y[:] = mark.now, mark.y
-        self._take_states(dict(enumerate(mark.states)))
+        self.contacts.restore(mark.contacts)
         self._book.open = mark.open
         for entries, count in zip(self._recorded(), mark.counts, strict=True):
             del entries[count:]
@@ -336,8 +336,7 @@ class Run:
     def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""
         d, y, work, rank_one = self.problem.q0.size, self._y, self._scratch.work, np.zeros(1)
-        for i, state in enumerate(self._states()):
-            self._spare.take(i, state)
+        self._spare.restore(self.contacts.copied())
         solve_problem(self.problem.system, self._spare, self._now.t, y[:d], y[d : 2 * d], work, rank_one)
         return float(self.problem.system.definiteness(float(rank_one[0]), work))
 
@@ -522,10 +521,10 @@ class Run:
         self._now = StepState(t, self._now.h, t, 0, 0)
         # what a scheme keeps ends with a phase
         self.problem.scheme.fill_extra_state(self.prepared, self._y, self._y[self._kept :])
-        guards = self._sample()
+        guards, present = self._sample()
         self._set_mark()
-        turned = slides_stretching(self.contacts.in_python()) and self._stretch(guards)
-        arm(self.contacts, self._scratch, guards)
+        turned = slides_stretching(present) and self._stretch(guards)
+        arm(present.each, self._scratch, guards)
         if turned:  # where its force has jumped a contact may hold again at once
             self._pass_guard(turned[0])
 
@@ -544,24 +543,25 @@ class Run:
             add_stretch(contacts.in_python(), sign / (after - before), guards)
         return np.flatnonzero((guards != plain) & (guards < -self._scratch.tolerances.velocity)).tolist()
 
-    def _sample(self) -> Array:
-        """Store the present state as a sample; returns the guards there.
+    def _sample(self) -> tuple[Array, Contacts]:
+        """Store the present state as a sample; returns the guards and, in plain Python, the contacts there.
 
         The forces of the sample are inside of the friction cone: a scheme that notices transitions late, or
         decides on means, leaves a state, or begins one, with others.
         """
         times, states = np.array([self._now.t]), self._y[None, :]
         found = self._observe(times, states)
-        guards, present = guard_values(self.contacts), self._states()
-        kept, inside = found, present
+        present = self.contacts.in_python()
+        guards = guard_values(present)
+        kept, inside = found, present.each
         while (changed := inside_cones(inside, kept)) != inside:
             inside = changed
             self._take_states(dict(enumerate(inside)))
             kept = self._observe(times, states)
-        if inside is not present:
-            self._take_states(dict(enumerate(present)))
-        self._store(times, states, kept, present)
-        return guards
+        if inside is not present.each:
+            self._take_states(dict(enumerate(present.each)))
+        self._store(times, states, kept, present.each)
+        return guards, present
 
     def _keep(self, progress: MarchResult) -> None:
         """Store the samples, changes and costs of a call; only those before the deflection grows too large."""
