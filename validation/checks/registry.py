@@ -31,7 +31,7 @@ ROUNDING = 1e-13
 _MODULES = (
     *("lagrange", "spectra", "spinning", "spin_up", "statics", "rigid_limit", "particles", "kinematics"),
     *("springs", "pegs", "beddings", "rigid_impact", "rods", "damped_stop", "balances", "discretizations"),
-    *("kinetics", "orders", "absolute", "shaken_base", "steady_state", "loads"),
+    *("kinetics", "orders", "absolute", "shaken_base", "steady_state", "loads", "directions"),
 )
 
 
