@@ -186,8 +186,8 @@ def _stuck(balance: Balance, at: Rest, stiffness: Array) -> tuple[Array, Array]:
     flexibilities, together = np.linalg.eigh(shared)
     yields = flexibilities > _ALIKE * flexibilities[-1]
     springs, held = together[:, yields].T @ rows, together[:, ~yields].T @ rows
-    # two contacts at one place stretch the axis together, but as a pair they hold the section: its rotation, if they
-    # are on both faces, nothing if they are on its axis
+    # two contacts at one place stretch the axis together, but as a pair they hold the section: its rotation, if
+    # they are on both faces, nothing if they are on its axis
     sizes, size = np.linalg.norm(held, axis=1), np.linalg.norm(rows)
     return held[sizes > _ALIKE * size], stiffness + (springs.T / flexibilities[yields]) @ springs
 

@@ -17,7 +17,7 @@ from questions.page import PAGE, STORE, differences, disagreements, page, plain,
 from questions.question import Question
 
 #: modules with a list `QUESTIONS` each
-MODULES = ("damper",)
+MODULES = ("damper", "bars", "strips")
 
 
 def questions(modules: tuple[str, ...] = MODULES) -> list[Question]:
