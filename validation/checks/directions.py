@@ -1,4 +1,4 @@
-"""Which way it goes: numbers of the questions of docs/which-way.md with a closed form or another program beside them.
+"""Which way it goes: numbers of docs/which-way.md that have a closed form or another program beside them.
 
 A beam bends and vibrates where a closed form has a rigid body: tolerances are a few times that difference, and far
 less than what the quick answer is off by.
