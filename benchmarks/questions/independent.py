@@ -107,8 +107,8 @@ def fall(
     """Let a beam on a pin fall onto a slope with a spring (N/m) under one place, the tip if none is given.
 
     A spring without end is a rigid stop, on which the flexibility of the modes that are left out rests.  The
-    rotation is as large as it is, bending is small: the axis turns with the mean axis, and what that does to bending
-    is neglected but for the direction of force and weight.
+    rotation is as large as it is, bending is small: the axis turns with the mean axis, and what that does to
+    bending is neglected but for the direction of force and weight.
     """
     modes, n = Modes(beam), beam.modes + 1
     x = beam.length if place is None else place

@@ -6,7 +6,10 @@ from importlib import import_module
 
 import pytest
 
+from oblique_impact.validation.reference_values import VALUES
 from tests.docs.test_commands import ROOT
+
+REFERENCES = [key for key in VALUES if key.startswith("which-way-")]
 
 
 @pytest.fixture
@@ -35,6 +38,14 @@ def test_a_number_that_changes_is_named(asked):
     assert asked.differences(question, before, before) == []
     (line,) = asked.differences(question, changed, before)
     assert name in line
+
+
+@pytest.mark.parametrize("key", REFERENCES)
+def test_references_of_checks_are_the_numbers_beside_those_of_the_program(asked, key):
+    rows = asked.stored()[key.removeprefix("which-way-")]
+    for name, wanted in VALUES[key].items():
+        found = [row["values"][name][1] for row in rows if name in row["values"]]
+        assert wanted == pytest.approx(found, rel=1e-5), name
 
 
 @pytest.mark.slow
