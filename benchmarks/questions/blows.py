@@ -89,7 +89,9 @@ def pin() -> list[Row]:
             pushes = stiffness * np.maximum(-amplitudes @ beam.row(node), 0.0)
             speeding = -(amplitudes + beam.kelvin_voigt * rates) * beam.squares + np.outer(pushes, beam.row(node))
             other = float(np.abs(speeding @ beam.uniform() - pushes).max())
-            rows.append(Row(f"{place:.3g} L, {stiffness:.0e} N/m", {"largest force on the pin (N)": (force, other)}))
+            rows.append(
+                Row(f"{place:.3g} L, {stiffness:.0e} N/m", {"largest force on the pin (N)": (force, other)})
+            )
     return rows
 
 

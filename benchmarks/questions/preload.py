@@ -1,4 +1,4 @@
-"""A clamped strip that rests on what it strikes: a stop with a preload, an edge under its span."""
+"""A clamped strip and stops: one with a preload, an edge under its span, two stops with a clearance."""
 
 from __future__ import annotations
 
@@ -27,9 +27,18 @@ oblique-impact run shaken --set base.acceleration=0 --set base.frequency=0 --set
     --set solver.output_interval=5e-5 --set end_time=0.04 --out out/edge-pluck"""
 
 
+_TWO = """\
+oblique-impact run shaken --set base.frequency=17 --set gravity=0 --set initial.state=plucked \\
+    --set initial.place=0.25 --set initial.force=-0.4 --set contact.where=anywhere --set contact.grid=1 \\
+    --set "slope.extent=[]" --set "obstacles=[{kind='side', origin=[-0.002, 0.25], angle=-1.5707963267948966}]" \\
+    --set solver.output_interval=2e-4 --set end_time=5 --out out/two-stops"""
+
+
 def _swing(frequency: float, shaken: float, start: str) -> float:
     """Return half of the range of the tip (m) over the last four periods, as the program has it."""
-    undisturbed = ["initial.state=equilibrium", "initial.place=0", "initial.deflection=0"] if start == "rest" else []
+    undisturbed = (
+        ["initial.state=equilibrium", "initial.place=0", "initial.deflection=0"] if start == "rest" else []
+    )
     history = run(_ROUTES, f"base.frequency={frequency}", f"base.acceleration={shaken}", *undisturbed)
     times, tip = history["time"].values, history["tip_x"].values
     return float(np.ptp(tip[times > times[-1] - 4.0 / frequency])) / 2.0
@@ -44,7 +53,7 @@ def _other_swing(frequency: float, shaken: float, start: str) -> float:
     # held farther from the stop by a force at the tip: the stop carries nothing there
     held = tip / strip.squares
     state = rest if start == "rest" else held * (5e-3 + rest @ tip) / (held @ tip)
-    times, states, _ = strip.march(
+    _, states, _ = strip.march(
         (state, np.zeros(4)),
         [Spring(10, _STIFFNESS, _PRESSED)],
         6.0,
@@ -55,19 +64,24 @@ def _other_swing(frequency: float, shaken: float, start: str) -> float:
     return float(np.ptp(states[1:, :4] @ tip)) / 2.0
 
 
-def routes() -> list[Row]:
-    """Return the swing of the tip at 19 Hz, from rest and from a pluck."""
+def routes(frequency: float = 19.0) -> list[Row]:
+    """Return the swing of the tip at a frequency, from rest and from a pluck."""
     rows = []
     for start in ("rest", "a pluck by 5 mm"):
-        two = _swing(19.0, 1.0, start), _other_swing(19.0, 1.0, start)
+        two = _swing(frequency, 1.0, start), _other_swing(frequency, 1.0, start)
         rows.append(Row(start, {"swing of the tip (mm)": (1e3 * two[0], 1e3 * two[1])}))
     return rows
+
+
+def free_frequency() -> list[Row]:
+    """Return the same at the frequency that the strip has without its stop."""
+    return routes(13.4)
 
 
 def leaning() -> list[Row]:
     """Return the swing of the tip over what shakes it, at four frequencies, started by a pluck."""
     rows = []
-    for frequency in (25.5, 22.0, 20.0, 19.0, 13.4):
+    for frequency in (25.5, 22.0, 20.0, 19.0):
         values = {}
         for shaken in (0.05, 1.0):
             start = "rest" if shaken < 0.1 else "a pluck"
@@ -98,7 +112,63 @@ def edge() -> list[Row]:
     return rows
 
 
+def two() -> list[Row]:
+    """Return swing and moment at the root with one stop and with two, from a pluck."""
+    rows = []
+    strip = Strip(_LENGTH, _BENDING, _MASS, 20, 6, kelvin_voigt=_DAMPING)
+    tip, root = strip.row(20), strip.moment_row(0, 0.0)
+    # pulled into the first stop
+    pulled = np.linalg.solve(np.diag(strip.squares) + 5e3 * np.outer(tip, tip), (-0.4 - 5e3 * 2e-3) * tip)
+    for frequency in (13.0, 17.0):
+        for name, stops in (("one stop", 1), ("two stops", 2)):
+            history = run(_TWO, f"base.frequency={frequency}", *(["obstacles=[]"] if stops == 1 else []))
+            late = history["time"].values > 5.0 - 8.0 / frequency
+            moments = history.section_forces()["moment"].values[late, 0]
+            # the tip goes left to positive deflections, the first stop is on its right
+            springs = [Spring(20, 5e3, -2e-3), Spring(20, 5e3, 2e-3, -1.0)][:stops]
+            _, states, _ = strip.march(
+                (pulled, np.zeros(6)),
+                springs,
+                5.0,
+                1.0 / (200.0 * frequency),
+                harmonic=(2.0 * strip.uniform(), 2.0 * np.pi * frequency),
+                after=5.0 - 8.0 / frequency,
+            )
+            amplitudes = states[1:, :6]
+            values = {
+                "swing of the tip (mm)": (
+                    500.0 * float(np.ptp(history["tip_x"].values[late])),
+                    500.0 * float(np.ptp(amplitudes @ tip)),
+                ),
+                "moment at the root (N mm)": (
+                    1e3 * float(np.abs(moments).max()),
+                    1e3 * float(np.abs(amplitudes @ root).max()),
+                ),
+            }
+            rows.append(Row(f"{frequency:g} Hz, {name}", values))
+    return rows
+
+
 QUESTIONS = [
+    Question(
+        name="two-stops",
+        title="A shaken strip has a stop on one side. A second one on the other side: is its swing smaller, and "
+        "its stress?",
+        guess="half of the swing, two thirds of the stress",
+        answer="at its resonance somewhat; at 17 Hz, once disturbed, {3[moment at the root (N mm)]:.0f} N mm in "
+        "place of {2[moment at the root (N mm)]:.0f} N mm",
+        wrong=True,
+        cost=390,
+        price="a second stop that keeps up what the first one lets die",
+        why="Stops stiffen: with two of them the response with impacts leans up to higher frequencies than with "
+        "one, which acts in half of each period alone. Between their ends the strip with one stop has the calm "
+        "motion only, the strip with two has both. A stop limits the swing, not what it may do.",
+        command=_TWO,
+        cases="",
+        beside="modes of small bending (`independent_strip.py`)",
+        compute=two,
+        within=2e-2,
+    ),
     Question(
         name="leaning",
         title="A shaken strip rests on a stop with a preload. To which side does its resonance lean as it is "
@@ -138,6 +208,24 @@ QUESTIONS = [
         beside="modes of small bending (`independent_strip.py`)",
         compute=routes,
         within=1e-2,
+    ),
+    Question(
+        name="free-frequency",
+        title="And at 13.4 Hz, the frequency that the strip has without the stop?",
+        guess="it comes back to calm after some periods",
+        answer="so it does: {1[swing of the tip (mm)]:.3f} mm after a pluck, {0[swing of the tip (mm)]:.3f} mm "
+        "from rest",
+        wrong=False,
+        cost=0,
+        price="",
+        why="The free strip has its resonance here, but the strip is never free: as long as it swings at all it "
+        "meets the stop in each period and is faster. Its largest motions are at 17.5 Hz and above. Here it "
+        "loses the pluck, to what its damping leaves after 6 s.",
+        command=_ROUTES.replace("frequency=19", "frequency=13.4"),
+        cases="from",
+        beside="modes of small bending (`independent_strip.py`)",
+        compute=free_frequency,
+        within=3e-2,  # what is left of the pluck
     ),
     Question(
         name="edge-pluck",

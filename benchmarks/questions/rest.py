@@ -42,12 +42,14 @@ def _span(height: float) -> tuple[float, float]:
 
     part = np.linspace(0.0, 1.0, 41)
     x = part * small
-    start = np.array([
-        -(small**3) / cubed * part * (1.0 - part) ** 2 / 6.0,
-        -(small**2) / cubed * (1.0 - part) * (1.0 - 3.0 * part) / 6.0,
-        x,
-        -height * part**2 * (6.0 - 8.0 * part + 3.0 * part**2),
-    ])
+    start = np.array(
+        [
+            -(small**3) / cubed * part * (1.0 - part) ** 2 / 6.0,
+            -(small**2) / cubed * (1.0 - part) * (1.0 - 3.0 * part) / 6.0,
+            x,
+            -height * part**2 * (6.0 - 8.0 * part + 3.0 * part**2),
+        ]
+    )
     found = solve_bvp(rates, ends, part, start, p=[small, 2.0 * small / 3.0], tol=1e-9, max_nodes=20_000)
     assert found.success
     return float(found.p[0]), float(found.p[1] * _WEIGHT)
