@@ -41,7 +41,7 @@ QUESTIONS = [
     Question(
         name="plastic",
         title="A plastic impact loses nothing in the limit of many modes; what with a mass of 50 g at the tip?",
-        guess="half of the mass times the square of its speed, 0.34 J: the beam behind it adds nothing",
+        guess="half of the mass times the square of its speed: the beam behind it adds nothing",
         answer="{0[50 g: loss (J)]:.2f}, {1[50 g: loss (J)]:.2f}, {2[50 g: loss (J)]:.2f}, {3[50 g: loss "
         "(J)]:.3f} J with 1, 4, 16, 64 modes: so it is",
         wrong=False,

@@ -163,3 +163,20 @@ def rest() -> Iterator[Measurement]:
         if known:
             found, exact = history.contacts[-1].start, wanted["last contact at (s)"][case]
             yield within(f"last contact, {name}", found, exact, "s", 1e-4, text, f"last-{case}")
+
+
+@check("A strip beside a stop swings further above its own frequency than at it.", seconds=2.0)
+def swing() -> Iterator[Measurement]:
+    """Shaken for 4 s at its own frequency, 13.37 Hz, and at 15.5 Hz."""
+    wanted, text = VALUES["which-way-swing"], source("which-way-swing")
+    for case, frequency in ((0, 13.37), (1, 15.5)):
+        keys = (
+            "gravity=0",
+            f"base.frequency={frequency}",
+            "solver.tolerance=1e-8",
+            "discretization.modes=4",
+            "end_time=4",
+        )
+        history = run("shaken", *keys)
+        found, exact = 1e3 * float(np.abs(history["deflection"].values).max()), wanted["largest swing (mm)"][case]
+        yield within(f"largest swing at {frequency:g} Hz", found, exact, "mm", 3e-3, text, f"{frequency:g}")
