@@ -157,9 +157,8 @@ QUESTIONS = [
         name="tilt",
         title="An elastic bar falls, tilted by 55°, on an elastic floor without friction. How high does its "
         "centre rise?",
-        guess="nearly as high as it fell from; flat or upright it is the least",
-        answer="not at all: it has {3[rebound of the centre over v]:.2f} of its speed; at 30° it falls on with "
-        "{1[rebound of the centre over v]:.2f}",
+        guess="with 0.8 of its speed or so; the least is flat or upright",
+        answer="not at all, it stops; at 30° it falls on with {1[rebound of the centre over v]:.2f} of its speed",
         wrong=True,
         cost=100,
         price="a rebound that is not there",

@@ -34,7 +34,8 @@ _PIN = f"""{_TURNING} \\
 
 _SECOND = f"""{_TURNING} \\
     --set contact.where=anywhere --set contact.stiffness=1e5 --set beam.kelvin_voigt=2e-5 \\
-    {_FEM} --set slope.enabled=false \\
+    {_FEM} \\
+    --set slope.enabled=false \\
     --set "obstacles=[{{kind='point', origin=[0.8, -1e-8]}}, {{kind='point', origin=[0.95, -1e-8]}}]" \\
     --set solver.output_interval=2e-5 --set end_time=0.025 --out out/second"""
 
@@ -42,7 +43,8 @@ _CLAMP = f"""\
 oblique-impact run shaken --set base.acceleration=0 --set base.frequency=0 --set gravity=0 \\
     --set initial.state=plucked --set initial.place=0.25 --set initial.deflection=5e-3 \\
     --set "slope.origin=[0, 0.25]" --set "slope.extent=[]" --set beam.kelvin_voigt=2e-5 \\
-    {_FEM} --set root.stiffness=5.6 --set end_time=0.042 --out out/clamp"""
+    {_FEM} \\
+    --set root.stiffness=5.6 --set end_time=0.042 --out out/clamp"""
 
 _ROUGH = """\
 oblique-impact run many-modes --set discretization.modes=8 --set contact.friction=hybrid --set end_time=0.345 \\
@@ -89,9 +91,7 @@ def pin() -> list[Row]:
             pushes = stiffness * np.maximum(-amplitudes @ beam.row(node), 0.0)
             speeding = -(amplitudes + beam.kelvin_voigt * rates) * beam.squares + np.outer(pushes, beam.row(node))
             other = float(np.abs(speeding @ beam.uniform() - pushes).max())
-            rows.append(
-                Row(f"{place:.3g} L, {stiffness:.0e} N/m", {"largest force on the pin (N)": (force, other)})
-            )
+            rows.append(Row(f"{place:.3g} L, {stiffness:g} N/m", {"largest force on the pin (N)": (force, other)}))
     return rows
 
 
@@ -117,7 +117,9 @@ def stiffer() -> list[Row]:
             changes = f"contact.stiffness={stiffness}", f"beam.length={length}"
             history = run(_STIFFER, *changes, f"initial.angular_velocity={-1.0 / length}")
             peak = float(history.contacts[0].peak_force)
-            rows.append(Row(f"{length:g} m, {stiffness:.0e} N/m", {"largest force (N)": (peak, _peak(stiffness))}))
+            rows.append(
+                Row(f"{length:g} m, {stiffness / 1e6:g} N/µm", {"largest force (N)": (peak, _peak(stiffness))})
+            )
     return rows
 
 
@@ -172,10 +174,10 @@ QUESTIONS = [
         wrong=True,
         cost=110,
         price="a stop that is added for safety and doubles the stress",
-        why="Near 2/3 of its length a stop takes the momentum of both parts of the beam, which turns as it stood "
-        "still: little is left to bend it. A second stop at the tip takes most of the momentum of rotation there "
-        "first, and the span between pin and tip bends as if it were struck in its middle. Stops share force, "
-        "not stress.",
+        why="A stop near the centre of percussion stops all of the beam: what is on either side balances, and "
+        "little is left to bend it. A second one near the tip, met at the same moment, takes this balance away, "
+        "and the span between pin and tip sags as if it were struck in its middle. Stops share the force, not "
+        "the stress.",
         command=_SECOND,
         cases="stops at",
         beside="modes of small bending on springs, marched by matrix exponentials (`independent_strip.py`)",

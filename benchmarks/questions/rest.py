@@ -93,7 +93,7 @@ QUESTIONS = [
         name="table",
         title="A heavy strip is clamped level, high above a table, and lies down on it: its slope comes to 56°. "
         "What does the large bending change in the moment at the clamp?",
-        guess="it is smaller, by 10 % or more, as the strip touches nearer to the clamp",
+        guess="it is smaller; the strip touches 10 % nearer to the clamp",
         answer="nothing, it is √(2 E I w h) as with small bending: {2[moment (N mm)]:.2f} N mm at 0.4 m; but the "
         "model of the floating frame, which bends little and shortens to the second order, has "
         "{2[moment in all nodes of a mesh (N mm)]:.1f}",

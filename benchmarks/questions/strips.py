@@ -119,8 +119,8 @@ QUESTIONS = [
         guess="nothing, or 1 %: friction acts along the strip, and it vibrates across",
         answer="it makes {1[first frequency (Hz)]:.1f} Hz of {0[first frequency (Hz)]:.1f} Hz",
         wrong=True,
-        cost=46,
-        price="a frequency that is 46 % too low, from a model whose contacts are on the axis",
+        cost=31,
+        price="a frequency that is a third too low, from a model whose contacts are on the axis",
         why="At a hinge the section turns, so that its faces move along the jaws, one out and one in. Stick at "
         "two faces half a millimetre from the axis holds that, and of a hinge makes a clamp: at the very tip "
         "(4.730/3.927)² = 1.45 times. The normal forces, which press through the same points, hold the section "
