@@ -158,7 +158,7 @@ QUESTIONS = [
         answer="at its resonance both, by 5 and 17 %; at 17.5 Hz, once disturbed, "
         "{3[moment at the root (N mm)]:.0f} N mm in place of {2[moment at the root (N mm)]:.0f} N mm",
         wrong=True,
-        cost=390,
+        cost=970,
         price="a second stop that keeps up what the first one lets die",
         why="Stops stiffen, and two of them more than one, which acts in half of each period alone: the motion "
         "with impacts reaches up to higher frequencies. Above 17.2 Hz, where that of one stop ends, the strip "

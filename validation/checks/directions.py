@@ -463,3 +463,40 @@ def routes() -> Iterator[Measurement]:
         found = 500.0 * float(np.ptp(history["tip_x"].values[late]))
         # 4 modes, whose steps the other program ends at 1/100 of a period
         yield within(f"swing from {name}", found, wanted[case], "mm", 1e-2, text, f"{case}")
+
+
+@check(
+    "Between two stops a shaken strip goes on striking at 17.5 Hz, where one stop lets it come to rest.",
+    seconds=2.0,
+)
+def two_stops() -> Iterator[Measurement]:
+    """Swing of the tip and largest moment at the root, 5 s after a pluck."""
+    wanted, text = VALUES["which-way-two-stops"], source("which-way-two-stops")
+    plucked = "initial.state=plucked", "initial.place=0.25", "initial.force=-1", "solver.output_interval=2e-4"
+    anywhere = "base.frequency=17.5", "gravity=0", "contact.where=anywhere", "contact.grid=1", "slope.extent=[]"
+    other = "obstacles=[{kind='side', origin=[-0.002, 0.25], angle=-1.5707963267948966}]"
+    for case, obstacles in ((2, ()), (3, (other,))):
+        history = run("shaken", *anywhere, *plucked, *obstacles, "end_time=5")
+        late, name = history["time"].values > 5.0 - 8.0 / 17.5, f"{case - 1} of the stops"
+        swing = 500.0 * float(np.ptp(history["tip_x"].values[late]))
+        moment = 1e3 * float(np.abs(history.section_forces()["moment"].values[late, 0]).max())
+        for quantity, found, unit, allowed in (
+            ("swing of the tip (mm)", swing, "mm", 3e-3),
+            # the other program's are those of six modes alone
+            ("moment at the root (N mm)", moment, "N mm", 2e-2),
+        ):
+            tail = f"{quantity.split()[0]}-{case - 1}"
+            yield within(f"{quantity}, {name}", found, wanted[quantity][case], unit, allowed, text, tail)
+
+
+@check(
+    "Friction does not change the number of contacts that modes make on a rigid stop without damping.", seconds=0.5
+)
+def refinement_friction() -> Iterator[Measurement]:
+    """Of 4 and 8 modes."""
+    text = "the equations of motion in SciPy alone, `reference_impact.py` in benchmarks"
+    for modes, known in ((4, 2), (8, 9)):
+        for friction in ("frictionless", "hybrid"):
+            keys = f"discretization.modes={modes}", f"contact.friction={friction}", "end_time=0.345"
+            found, name = len(run("many-modes", *keys).contacts), f"{modes} modes, {friction}"
+            yield Measurement(f"contacts, {name}", found, known, "1", 0.5, text, f"{modes}-{friction}")
