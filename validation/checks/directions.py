@@ -470,23 +470,16 @@ def routes() -> Iterator[Measurement]:
     seconds=2.0,
 )
 def two_stops() -> Iterator[Measurement]:
-    """Swing of the tip and largest moment at the root, 5 s after a pluck."""
-    wanted, text = VALUES["which-way-two-stops"], source("which-way-two-stops")
-    plucked = "initial.state=plucked", "initial.place=0.25", "initial.force=-1", "solver.output_interval=2e-4"
+    """Swing of the tip, 5 s after a pluck."""
+    wanted, text = VALUES["which-way-two-stops"]["swing of the tip (mm)"], source("which-way-two-stops")
+    plucked = "initial.state=plucked", "initial.place=0.25", "initial.force=-1", "solver.output_interval=5e-4"
     anywhere = "base.frequency=17.5", "gravity=0", "contact.where=anywhere", "contact.grid=1", "slope.extent=[]"
     other = "obstacles=[{kind='side', origin=[-0.002, 0.25], angle=-1.5707963267948966}]"
     for case, obstacles in ((2, ()), (3, (other,))):
         history = run("shaken", *anywhere, *plucked, *obstacles, "end_time=5")
-        late, name = history["time"].values > 5.0 - 8.0 / 17.5, f"{case - 1} of the stops"
+        late, name = history["time"].values > 5.0 - 8.0 / 17.5, f"{case - 1}"
         swing = 500.0 * float(np.ptp(history["tip_x"].values[late]))
-        moment = 1e3 * float(np.abs(history.section_forces()["moment"].values[late, 0]).max())
-        for quantity, found, unit, allowed in (
-            ("swing of the tip (mm)", swing, "mm", 3e-3),
-            # the other program's are those of six modes alone
-            ("moment at the root (N mm)", moment, "N mm", 2e-2),
-        ):
-            tail = f"{quantity.split()[0]}-{case - 1}"
-            yield within(f"{quantity}, {name}", found, wanted[quantity][case], unit, allowed, text, tail)
+        yield within(f"swing of the tip, {name} of the stops", swing, wanted[case], "mm", 2e-3, text, name)
 
 
 @check(
