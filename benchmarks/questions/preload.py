@@ -212,7 +212,8 @@ QUESTIONS = [
     ),
     Question(
         name="free-frequency",
-        title="And at 13.4 Hz, the frequency that the strip has without the stop?",
+        title="The strip on its preloaded stop is shaken at 13.4 Hz, which it has without the stop, and plucked. "
+        "Does it come back to calm?",
         guess="it comes back to calm after some periods",
         answer="so it does: {1[swing of the tip (mm)]:.3f} mm after a pluck, {0[swing of the tip (mm)]:.3f} mm "
         "from rest",
