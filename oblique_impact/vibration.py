@@ -38,6 +38,8 @@ Friction = Literal["free", "stuck"]
 _LINEAR, _OF_STOPS = 1.0, 1e-6
 #: coupling of two modes by damping, over the largest damping, that is rounding
 _COUPLED = 1e-9
+#: of the largest flexibility along the beam, or of what contacts hold: less than this is rounding
+_ALIKE = 1e-9
 #: of the largest flexibility: a motion below it has no mass
 _MASSLESS = 1e-24
 
@@ -143,7 +145,7 @@ def frequencies_at_rest(
         held, K = _stuck(balance, at, K)
         rows = np.concatenate([rows, held])
     free = balance.free
-    base = null_space(rows[:, free]) if len(rows) else np.eye(beam.size)[free, free]
+    base = null_space(rows[:, free], rcond=_ALIKE) if len(rows) else np.eye(beam.size)[free, free]
     M, C, K = (base.T @ X[free, free] @ base for X in (M, C, K))
     frequencies, damping, vectors = eigenvalues_of(M, C, K, wanted)
     whole = np.zeros((vectors.shape[1], beam.size))
@@ -181,7 +183,13 @@ def _stuck(balance: Balance, at: Rest, stiffness: Array) -> tuple[Array, Array]:
         return rows, stiffness
     axial, senses = np.array([of(float(at.slips[i])) for of, i in zip(behind, at.closed, strict=True) if of]).T
     shared = np.outer(senses, senses) * np.minimum.outer(axial, axial)
-    return rows[:0], stiffness + rows.T @ np.linalg.pinv(shared) @ rows
+    flexibilities, together = np.linalg.eigh(shared)
+    yields = flexibilities > _ALIKE * flexibilities[-1]
+    springs, held = together[:, yields].T @ rows, together[:, ~yields].T @ rows
+    # two contacts at one place stretch the axis together, but as a pair they hold the section: its rotation, if
+    # they are on both faces, nothing if they are on its axis
+    sizes, size = np.linalg.norm(held, axis=1), np.linalg.norm(rows)
+    return held[sizes > _ALIKE * size], stiffness + (springs.T / flexibilities[yields]) @ springs
 
 
 def eigenvalues_of(M: Array, C: Array, K: Array, count: int) -> tuple[Array, Array, Array]:

@@ -17,7 +17,10 @@ from questions.page import PAGE, STORE, differences, disagreements, page, plain,
 from questions.question import Question
 
 #: modules with a list `QUESTIONS` each
-MODULES = ("damper", "depth", "modulus", "hub", "place", "gravity", "friction", "plastic", "shaken")
+MODULES = (
+    *("damper", "depth", "modulus", "hub", "place", "gravity", "friction", "plastic", "shaken"),
+    *("bars", "strips", "rest", "blows", "preload"),
+)
 
 
 def questions(modules: tuple[str, ...] = MODULES) -> list[Question]:

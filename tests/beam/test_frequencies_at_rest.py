@@ -119,6 +119,30 @@ def test_stuck_contacts_hold_a_beam_along_its_stop():
         frequencies_at_rest(lying.replace(contact__friction="frictionless"), friction="stuck")
 
 
+@pytest.mark.parametrize("stiffness", [1e6, 1e9])
+@pytest.mark.parametrize("axial", [False, True])
+def test_two_faces_that_stick_at_one_place_hold_the_section(axial, stiffness):
+    """Jaws at the end of a strip are a hinge without friction, a clamp with: (4.730041/3.926602)^2 times as fast.
+
+    They stretch the axis alike, which a straight one answers with nothing; against each other they turn the
+    section.
+    """
+    jaws = ",".join(
+        f"{{kind='point', origin=[0.249, {side * (5e-4 - 1.0 / stiffness)}], stiffness={stiffness}}}"
+        for side in (1.0, -1.0)
+    )
+    resting = "base.acceleration=0", "base.frequency=0", "gravity=0", "initial.angle=0"
+    pressed = "initial.state=equilibrium", "slope.enabled=false", "contact.where=anywhere"
+    faces = "contact.surface=section", "contact.friction=hybrid"
+    nodes = "discretization.method=fem", "discretization.modes=0", "discretization.elements=16"
+    stretching = f"contact.axial_flexibility={str(axial).lower()}"
+    strip = Scenario.builtin("shaken", [*resting, *pressed, *faces, *nodes, stretching, f"obstacles=[{jaws}]"])
+    free, stuck = (frequencies_at_rest(strip, 1, friction).frequencies[0] for friction in ("free", "stuck"))
+    # the jaws are at 0.996 of the length, and press a little
+    assert free * 0.25**2 / math.sqrt(0.35 / 0.157) == pytest.approx(3.926602**2, rel=1e-2)
+    assert stuck * 0.25**2 / math.sqrt(0.35 / 0.157) == pytest.approx(4.730041**2, rel=2e-2)
+
+
 def test_the_command_prints_the_modes_and_draws_them(tmp_path, cli):
     code, printed, _ = cli("modes", "elastic-stop", "--closed", "--json", "--out", tmp_path)
     assert code == 0

@@ -14,14 +14,14 @@ from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 from scipy.linalg import block_diag, eigh
 from scipy.optimize import brentq
 
-from oblique_impact import InputError, Scenario, natural_frequencies, simulate
+from oblique_impact import InputError, Scenario, frequencies_at_rest, natural_frequencies, simulate
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.floating_frame import DAMPING, ELASTIC_MASS, STIFFNESS
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import flexibility_along, residual_flexibility
-from oblique_impact.beam.validity.limits import light_damping
+from oblique_impact.beam.validity.limits import clamp_warnings, light_damping
 from oblique_impact.contact.compliance import STATIC
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes, project
@@ -477,3 +477,35 @@ def test_a_beam_on_its_clamp_strikes_pegs(root, scheme):
     assert many["lambda_n"].values.max() == pytest.approx(peak, rel=0.02)
     for history in (few, many):
         assert abs(history.balance["unaccounted"]) < 1e-3 * history.balance["lost_damping"]
+
+
+def first_damping(strip):
+    """Damping ratio of the first vibration that oscillates."""
+    return next(ratio for ratio in frequencies_at_rest(strip, 4).damping if ratio < 0.999)
+
+
+@pytest.mark.parametrize("method", ["modal", "fem"])
+def test_a_run_in_modes_tells_how_much_too_well_a_dashpot_in_the_clamp_damps(method):
+    """All nodes have the damping of the strip in closed form (check `directions.clamp-dashpot`)."""
+    resting = "base.acceleration=0", "base.frequency=0", "gravity=0", "contact.enabled=false", "root.stiffness=5.6"
+    nodes = "discretization.method=fem", "discretization.modes=0"
+    for damping, modes, warns in (
+        (0.02, 8, False),
+        (0.112, 8, True),
+        (0.2, 4, True),
+        (0.2, 8, True),
+        (0.2, 30, True),
+    ):
+        keys = (*resting, f"root.damping={damping}")
+        strip = Scenario.builtin(
+            "shaken", [*keys, f"discretization.method={method}", f"discretization.modes={modes}"]
+        )
+        told, whole = clamp_warnings(strip), Scenario.builtin("shaken", [*keys, *nodes])
+        assert bool(told) is warns
+        assert clamp_warnings(whole) == []
+        if told:
+            percent = float(told[0].split("some ")[1].split(" %")[0])
+            error = 100.0 * (first_damping(strip) / first_damping(whole) - 1.0)
+            assert 0.5 < percent / error < 2.0
+    history = simulate(strip.replace(end_time=1e-3))
+    assert [line for line in history.summary["warnings"] if line.startswith("root.damping: with 30 modes")]

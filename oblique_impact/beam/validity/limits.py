@@ -48,6 +48,8 @@ LIGHT = 0.002
 #: 1e7 N/m (pinned, driven, on a hub; at its tip, at 0.6 m) and of a strip on 1e6 N/m with less have the largest
 #: forces of 24 to 48 modes within 1.2 %, with 0.1 within 6 %, with more not within any bound.
 _LEFT_OUT = 0.05
+#: error of the damping by a dashpot in the clamp that gives a warning
+_DASHPOT = 0.05
 #: error of a frequency of a beam in modes with point masses that gives a warning
 _TOO_HIGH = 0.01
 
@@ -182,6 +184,28 @@ def mass_warnings(scenario: Scenario) -> list[str]:
         f"{key}: modes of the beam without point masses leave out how these bend it: {near} of {errors.size} "
         f"frequencies are less than 1 % too high, the first one is {100.0 * errors[0]:.2g} %; take more modes, or "
         'discretization.method = "fem", whose modes know point masses'
+    ]
+
+
+def clamp_warnings(scenario: Scenario) -> list[str]:
+    """Return a warning if a dashpot in a clamp is strong against what modes leave out of the root's flexibility.
+
+    The clamp's spring carries a moment at the root alone: 1/k is all of the flexibility there.  What is left out
+    stands in series with the dashpot, of which it takes a part once the dashpot holds as much as the spring.
+    """
+    s, k, d = scenario, scenario.root.stiffness, scenario.root.damping
+    if s.root.kind != "driven" or not s.discretization.in_modes or d == 0.0 or k == 0.0:
+        return []
+    o = build_operators(s)
+    rate = math.sqrt(eigvalsh(o.stiffness, o.elastic_mass, subset_by_index=(0, 0))[0])
+    left_out = 1.0 / k - float(o.root_slope @ np.linalg.solve(o.stiffness, o.root_slope))
+    error = d * rate * left_out * min(1.0, d * rate / k)
+    if error <= _DASHPOT:
+        return []
+    return [
+        f"root.damping: with {counted(o.root_slope.size, 'mode')} the dashpot of the clamp damps the first "
+        f"vibration by some {100.0 * error:.2g} % too much, higher ones more: they leave out how it holds the "
+        'root; take more modes, or all nodes of a mesh (discretization.method = "fem", discretization.modes = 0)'
     ]
 
 

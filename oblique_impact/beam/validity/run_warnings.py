@@ -11,6 +11,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.validity.integration import ambiguity_warnings, energy_warnings
 from oblique_impact.beam.validity.limits import (
     ALL,
+    clamp_warnings,
     friction_warnings,
     impact_warnings,
     mass_warnings,
@@ -65,6 +66,7 @@ def run_warnings(
             *of_impacts,
             *truncation_warnings(beam, variables),
             *mass_warnings(scenario),
+            *clamp_warnings(scenario),
         ]
     kinetic, elastic, gravity = (variables[f"energy_{part}"] for part in ("kinetic", "elastic", "gravity"))
     parts = float(np.max(kinetic + np.abs(elastic) + np.abs(gravity)))
