@@ -76,7 +76,7 @@ QUESTIONS = [
     ),
     Question(
         name="depth-rigid",
-        title="And on a rigid stop, with the same internal damping?",
+        title="A beam twice as deep falls onto a rigid stop, with internal damping: more blows, more loss?",
         guess="more often, and it loses more",
         answer="less often, {0[contacts]:g}, {1[contacts]:g}, {2[contacts]:g} times; it does lose more, even of "
         "its energy",
