@@ -332,7 +332,7 @@ def _model_error(history: History) -> float:
     variables = {name: history[name].values for name in ("uy", "theta_dot", "q", "qd")}
     motion = largest_motion(beam_of(scenario), variables)
     if scenario.contact.enabled:
-        return contact_force_error(scenario, motion.deflection)
+        return contact_force_error(scenario, motion)
     return deflection_error(scenario, motion)
 
 

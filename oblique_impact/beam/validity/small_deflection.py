@@ -56,8 +56,10 @@ _LOST, _HEAVIER = 1.7, 2.7
 _LEFT = 2e-4
 #: without the shortening a spin has no centrifugal stiffness, whatever the deflection: error over (Omega T)^2
 _ZEROTH = 0.25
-#: error of the largest contact force over (w/L)^2, w from the tangent: a cantilever bent at its end (elastica)
-_FORCE = 1.0
+#: error of the largest contact force over (w/L)^2, w from the tangent: a cantilever bent at its end (elastica).
+#: It is bent all along; one that lies on an obstacle with its outer part is bent as much by less, and its largest
+#: slope over the cantilever's, 1.5 w/L, says how much
+_FORCE, _SLOPE = 1.0, 1.5
 #: deflection of the tip from the tangent over that from the mean axis, first hinged mode; and the hub's inertia
 #: over the beam's that takes half of what is above 1
 _FROM_TANGENT, _HALF = 3.7, 0.4
@@ -70,11 +72,13 @@ class LargestMotion(NamedTuple):
 
     `spin` (rad/s) is the angular velocity of beam and hub as a whole, `lost_momentum` (kg m^2/s) the angular
     momentum theta_dot B^T (C - M1) B that first-order kinetics leave out in the tangent frame; 0 in other models.
+    `turn` (rad) is the largest angle between a section and that of the root.
     """
 
     deflection: float
     spin: float = 0.0
     lost_momentum: float = 0.0
+    turn: float = 0.0
 
 
 def root_freedom(scenario: Scenario) -> float:
@@ -93,7 +97,7 @@ def deflection_error(scenario: Scenario, motion: LargestMotion) -> float:
 
     Root, frame, kinetics and loads of the scenario decide, and the motion of the run.
     """
-    deflection, spin, lost_momentum = motion
+    deflection, spin, lost_momentum, _ = motion
     d, share, free = scenario.discretization, deflection / scenario.beam.length, root_freedom(scenario)
     sections = Sections.from_scenario(scenario)
     unit = math.sqrt(3.0 * sections.inertia * sections.length / float(sections.bending_stiffness(0.0)))
@@ -113,14 +117,17 @@ def deflection_error(scenario: Scenario, motion: LargestMotion) -> float:
     return error + (_ZEROTH * (spin * unit) ** 2 if d.kinetics == "zeroth-order" else 0.0)
 
 
-def contact_force_error(scenario: Scenario, deflection: float) -> float:
+def contact_force_error(scenario: Scenario, motion: LargestMotion) -> float:
     """Return the estimated relative error of the largest contact force; that of the impulse is half of it.
 
-    `deflection` is the largest one (m) of a run, from the axis of its frame.
+    The largest slope of the run decides at a driven root, where it asks for more than the deflection.
     """
     mean = scenario.discretization.frame == "mean-axis"
     ratio = 1.0 + (_FROM_TANGENT - 1.0) / (1.0 + _hub(scenario) / _HALF) if mean else 1.0
-    return _FORCE * (ratio * deflection / scenario.beam.length) ** 2
+    share = ratio * motion.deflection / scenario.beam.length
+    if scenario.root.kind == "driven":
+        share = max(share, motion.turn / _SLOPE)
+    return _FORCE * share**2
 
 
 def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> LargestMotion:
@@ -133,7 +140,9 @@ def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> LargestMotion:
             lost = spin * np.einsum("si,si->s", B @ (o.C - o.M1), B)
         # angular momentum over inertia; the mean axis turns at this rate
         spin = spin + Bd @ o.coupling / o.inertia
-    return LargestMotion(*(float(np.abs(values).max()) for values in (variables["uy"], spin, lost)))
+    largest = (float(np.abs(values).max()) for values in (variables["uy"], spin, lost))
+    slopes = variables["q"][:, 1:] @ o.stations.slopes.T
+    return LargestMotion(*largest, float(np.abs(slopes - slopes[:, :1]).max()))
 
 
 def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
@@ -142,7 +151,7 @@ def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]
     deflection = motion.deflection
     of_deflection, of_force = deflection_error(s, motion), 0.0
     if s.contact.enabled and np.any(variables["state"] > 0):
-        of_force = contact_force_error(s, deflection)
+        of_force = contact_force_error(s, motion)
     if max(of_deflection, of_force) <= NOTICEABLE:
         return []
 
