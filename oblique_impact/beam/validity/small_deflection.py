@@ -140,9 +140,9 @@ def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> LargestMotion:
             lost = spin * np.einsum("si,si->s", B @ (o.C - o.M1), B)
         # angular momentum over inertia; the mean axis turns at this rate
         spin = spin + Bd @ o.coupling / o.inertia
-    largest = (float(np.abs(values).max()) for values in (variables["uy"], spin, lost))
     slopes = variables["q"][:, 1:] @ o.stations.slopes.T
-    return LargestMotion(*largest, float(np.abs(slopes - slopes[:, :1]).max()))
+    found = variables["uy"], spin, lost, slopes - slopes[:, :1]
+    return LargestMotion(*(float(np.abs(values).max()) for values in found))
 
 
 def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
