@@ -38,7 +38,13 @@ DOUBTS = {
         ["solver.scheme=fixed-step", "solver.free_step=0.002", "forces=[{force=1},{force=1,frequency=50}]"],
         [("solver.free_step: 0.002 s", "1/18 of a period of force 2 of 0.02 s")],
     ),
+    "a base that shakes along the beam": (
+        ["base.acceleration=1", "base.frequency=20", "initial.angle=90 deg", "root.kind=driven"],
+        [("base.direction: ", 'across it is "0 deg"')],
+    ),
 }
+#: of the last one: something else bends the beam
+BENT = ("forces=[{force=1}]", "initial.angle=80 deg", "base.direction=1 deg", "initial.angular_velocity=0.1")
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -55,3 +61,10 @@ def test_what_is_hardly_meant_is_named(case):
         assert line.startswith(start)
         assert words in line
         assert len(line.splitlines()) == 1
+
+
+@pytest.mark.parametrize("change", BENT)
+def test_a_base_that_shakes_along_a_beam_is_named_only_where_nothing_bends_it(change):
+    (changes, _) = DOUBTS["a base that shakes along the beam"]
+    kept = [*changes, "root.kind=pin"] if "velocity" in change else changes
+    assert implausible_values(Scenario.builtin("paper", [*kept, change])) == ()

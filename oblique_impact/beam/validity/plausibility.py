@@ -25,6 +25,8 @@ MAX_GYRATION = 0.2
 _FIRST_MODE = 3.5160
 #: damping ratio of the first bending mode: metal beams have below 0.01, bolted structures up to this
 MAX_DAMPING = 0.05
+#: sine of an angle, or acceleration (m/s^2), that is rounding
+_ALONG = 1e-9
 #: steps of a period of base or force: with fewer the second-order error of its impulses is above 1 %
 SHAKING_STEPS = 18
 
@@ -39,6 +41,7 @@ def implausible_values(scenario: Scenario) -> tuple[str, ...]:
             *_shape(scenario, sections),
             *_damping(scenario),
             *_slope_and_step(scenario, sections),
+            *_shaken_along(scenario),
         )
 
 
@@ -115,3 +118,14 @@ def _slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
         if step * fastest * SHAKING_STEPS > 1.0:
             shown = f"a period of {which} of {1.0 / fastest:.3g} s"
             yield f"solver.free_step: {step:g} s is longer than 1/{SHAKING_STEPS} of {shown}"
+
+
+def _shaken_along(s: Scenario) -> Iterator[str]:
+    """Yield a base that shakes along a straight beam, which nothing bends or turns then."""
+    root, start = s.root, s.initial
+    at_rest = start.state == "undeformed" and start.angular_velocity == 0.0
+    driven = root.torque != 0.0 or root.spin_rate != 0.0 or any(force.acts for force in s.forces)
+    across = s.gravity * math.cos(start.angle), math.sin(s.base.direction - start.angle)
+    if s.base.is_shaken and at_rest and not driven and max(map(abs, across)) < _ALONG:
+        degrees = f"{math.degrees(start.angle - 0.5 * math.pi):.4g} deg"
+        yield f'base.direction: the base shakes along the beam, which stays straight; across it is "{degrees}"'
