@@ -30,8 +30,8 @@ def begin_at(
     """Return coordinates and velocities that are marched, and the contacts that an earlier run has left closed.
 
     The points that the beam can touch get the sides on which it is of them: before its model is built.  Those of a
-    beam that `keeps_sides` are the scenario's, unless a history knows them: coordinates alone do not say whether it
-    is pressed past a point or behind it.
+    beam that `keeps_sides` are the scenario's, unless a history knows them: coordinates alone do not say whether
+    it is pressed past a point or behind it.
 
     Raises
     ------
@@ -69,9 +69,7 @@ def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
     return found
 
 
-def _on_their_sides(
-    beam: Beam, start: Array, history: History | None, keeps_sides: bool
-) -> list[ContactPlace]:
+def _on_their_sides(beam: Beam, start: Array, history: History | None, keeps_sides: bool) -> list[ContactPlace]:
     """Return the places of contact with the sides of points from the state [theta, B] that a run starts with.
 
     A history has them in its contact forces, also where the beam is pressed past a point.

@@ -14,8 +14,8 @@ from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.validation import refine
 from oblique_impact.validation.report import readable
 from oblique_impact.validation.studies.convergence import CONVERGED, NO_VERDICT, NOT_DETERMINED
-from oblique_impact.validation.studies.refinement import declared_orders, sizes_of
 from oblique_impact.validation.studies.quantities import quantity
+from oblique_impact.validation.studies.refinement import declared_orders, sizes_of
 from oblique_impact.validation.studies.series import AXES, RefinementSeries, Study, load_study
 from tests import STUDIES
 from tests.refusals import refused_in_one_line

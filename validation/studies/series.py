@@ -22,8 +22,8 @@ from oblique_impact.validation.studies.design import Keys, check_keys, read_toml
 from oblique_impact.validation.studies.quantities import default_quantities, is_of_samples, quantity
 from oblique_impact.validation.studies.study import StudyRun
 
-#: the run that measures the noise takes this part of the tolerance, within what a scenario allows, and, for extremes
-#: among samples, this part of the time between them
+#: the run that measures the noise takes this part of the tolerance, within what a scenario allows, and, for
+#: extremes among samples, this part of the time between them
 _TIGHTER, _TIGHTEST, _DENSER = 0.1, 1e-13, 0.25
 
 
