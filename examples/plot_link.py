@@ -5,16 +5,16 @@ A robot's link that strikes a corner
 A link of aluminium tube turns on the hub of its motor, unpowered, and strikes the corner of a fixture with its
 middle. How large is the push on the link and on the fixture?
 
-By hand, for a link that does not bend: it turns with :math:`\omega` about the hub and has, with the hub, the moment
-of inertia :math:`J = J_\mathrm{hub} + m L^2/3`. At the distance :math:`a` it strikes as a mass
+By hand, for a link that does not bend: it turns with :math:`\omega` about the hub and has, with the hub, the
+moment of inertia :math:`J = J_\mathrm{hub} + m L^2/3`. At the distance :math:`a` it strikes as a mass
 
 .. math:: m_\mathrm{eff} = J/a^2 \quad\text{with the velocity}\quad v = \omega a,
 
-so that a corner on a spring :math:`k` without losses throws it back with the impulse :math:`2\, m_\mathrm{eff}\, v = 2 J
-\omega/a`; the largest force is :math:`v \sqrt{k\, m_\mathrm{eff}}`, and contact lasts :math:`\pi \sqrt{m_\mathrm{eff}/k}`.
-This is right as long as the contact lasts long beside the vibrations of the link, 7 ms in its first mode. On a hard
-corner the link bends while it is struck, and keeps vibrating with part of its energy: it is thrown back with
-less.
+so that a corner on a spring :math:`k` without losses throws it back with the impulse :math:`2\,
+m_\mathrm{eff}\, v = 2 J \omega/a`; the largest force is :math:`v \sqrt{k\, m_\mathrm{eff}}`, and contact lasts
+:math:`\pi \sqrt{m_\mathrm{eff}/k}`. This is right as long as the contact lasts long beside the vibrations of
+the link, 7 ms in its first mode. On a hard corner the link bends while it is struck, and keeps vibrating with
+part of its energy: it is thrown back with less.
 """
 
 import numpy as np
@@ -81,9 +81,9 @@ assert abs(0.4 * collision["normal_impulse"] / lost - 1.0) < 1e-3
 # Where along the link
 # --------------------
 #
-# The impulse over the place of the corner. On soft rubber, 1e4 N/m, it is the rigid link's everywhere. On a hard
-# corner it is less, by a sixth at 0.27 m and by a quarter at 0.67 m; near 0.45 m the link returns almost as a rigid
-# one.
+# The impulse over the place of the corner. On soft rubber, 1e4 N/m, it is the rigid link's everywhere. On a
+# hard corner it is less, by a sixth at 0.27 m and by a quarter at 0.67 m; near 0.45 m the link returns almost
+# as a rigid one.
 
 places = np.linspace(0.15, 0.79, 17)
 found = {k: [strike(k, x).macro_collisions[0]["normal_impulse"] for x in places.tolist()] for k in (1e4, 1e6)}

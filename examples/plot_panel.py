@@ -2,20 +2,22 @@ r"""
 A panel between two stops
 =========================
 
-A panel of aluminium, clamped at one edge in a cabinet, gets a shock: half a sine wave of 30 m/s² in 11 ms. Two rubber
-stops 3 mm from its faces keep its free edge from swinging out. How large does the moment at the clamp become, and
-how well is this number known?
+A panel of aluminium, clamped at one edge in a cabinet, gets a shock: half a sine wave of 30 m/s² in 11 ms. Two
+rubber stops 3 mm from its faces keep its free edge from swinging out. How large does the moment at the clamp
+become, and how well is this number known?
 
-By hand, without the stops: each mode of a cantilever answers the shock as an oscillator does, by Duhamel's integral,
+By hand, without the stops: each mode of a cantilever answers the shock as an oscillator does, by Duhamel's
+integral,
 
 .. math::
 
    q_n(t) = -\frac{\Gamma_n}{\omega_n} \int_0^t a(s)\, \sin \omega_n (t - s)\, \mathrm{d}s, \qquad
    M(t) = \sum_n E I\, \phi_n''(0)\, q_n(t).
 
-The shock is over before the first mode has moved far. So this mode gets the velocity :math:`\Gamma_1 \Delta v` from
-it, :math:`\Delta v = (2/\pi)\, 30\ \mathrm{m/s^2} \cdot 11\ \mathrm{ms}`, and for the swing that follows the length of
-the panel cancels out: :math:`M_1 = 1.566\, \Delta v \sqrt{E I\, m}`. The other modes add to it, and so do the stops.
+The shock is over before the first mode has moved far. So this mode gets the velocity :math:`\Gamma_1 \Delta v`
+from it, :math:`\Delta v = (2/\pi)\, 30\ \mathrm{m/s^2} \cdot 11\ \mathrm{ms}`, and for the swing that follows
+the length of the panel cancels out: :math:`M_1 = 1.566\, \Delta v \sqrt{E I\, m}`. The other modes add to it,
+and so do the stops.
 """
 
 import numpy as np
@@ -82,8 +84,8 @@ assert np.abs(computed - by_hand).max() < 0.02 * np.abs(moment).max()
 # With the stops
 # --------------
 #
-# The study adds modes until the number stays, and says how far it may still be from that of the beam, with what the
-# samples miss of the maximum.
+# The study adds modes until the number stays, and says how far it may still be from that of the beam, with what
+# the samples miss of the maximum.
 
 found = refine(panel, modes=[4, 8, 16, 32], quantities=["peak:moment"], workers=1)
 number = found["peak:moment"]

@@ -2,23 +2,24 @@ r"""
 A ruler on a shaker
 ===================
 
-A steel ruler stands clamped on a base that is shaken across it; 200 mm of it are free, and 20 mm below its tip a
-stop stands 2 mm beside its face. As the frequency of the base grows past the ruler's own, the ruler strikes the stop
-and goes on striking it, well beyond the frequency at which it would have come to rest; as the frequency falls again
-the ruler passes the stop by until it suddenly strikes. Between these two *jumps* two motions exist, and which of them
-one sees depends on where one comes from.
+A steel ruler stands clamped on a base that is shaken across it; 200 mm of it are free, and 20 mm below its tip
+a stop stands 2 mm beside its face. As the frequency of the base grows past the ruler's own, the ruler strikes
+the stop and goes on striking it, well beyond the frequency at which it would have come to rest; as the
+frequency falls again the ruler passes the stop by until it suddenly strikes. Between these two *jumps* two
+motions exist, and which of them one sees depends on where one comes from.
 
 By hand, for a ruler of the bending stiffness :math:`E I` and the mass :math:`m` per length, with
 :math:`\beta L = 1.8751` of the first mode of a cantilever:
 
-* its first frequency, :math:`f_1 = (\beta L)^2/(2 \pi)\, \sqrt{E I/(m L^4)}`. Standing it carries its own weight,
-  which takes away its stiffness as far as it is near the weight under which it would buckle by itself,
+* its first frequency, :math:`f_1 = (\beta L)^2/(2 \pi)\, \sqrt{E I/(m L^4)}`. Standing it carries its own
+  weight, which takes away its stiffness as far as it is near the weight under which it would buckle by itself,
   :math:`7.837\, E I/L^2`;
 * its static stiffness where the stop is, :math:`3 E I/a^3`;
 * the frequencies at which it begins to strike. The steady swing of the first mode under the acceleration
-  :math:`A \sin \omega t` is :math:`\Gamma \phi(a) A/|\omega_1^2 - \omega^2|`, with the part :math:`\Gamma \phi(L)` =
-  1.566 of the acceleration at the tip. It is as wide as the gap at :math:`\omega^2 = \omega_1^2 \mp \Gamma \phi(a)
-  A/\mathrm{gap}`. Up to the lower of the two the ruler is free on the way up, down to the upper one on the way down.
+  :math:`A \sin \omega t` is :math:`\Gamma \phi(a) A/|\omega_1^2 - \omega^2|`, with the part :math:`\Gamma
+  \phi(L)` = 1.566 of the acceleration at the tip. It is as wide as the gap at :math:`\omega^2 = \omega_1^2 \mp
+  \Gamma \phi(a) A/\mathrm{gap}`. Up to the lower of the two the ruler is free on the way up, down to the upper
+  one on the way down.
 """
 
 import tempfile
@@ -50,16 +51,16 @@ beam, gap, place = ruler.beam, 2e-3, 0.18
 bending, mass = beam.youngs_modulus * beam.second_moment, beam.density * beam.area
 
 # %%
-# The first frequency, from the vibrations about the ruler's rest, and the stiffness, from a ruler that is held away
-# from the stop by a force.
+# The first frequency, from the vibrations about the ruler's rest, and the stiffness, from a ruler that is held
+# away from the stop by a force.
 
 weight = mass * beam.length * ruler.gravity
 hand = 3.5160 / (2.0 * np.pi) * np.sqrt(bending / (mass * beam.length**4))
 hand *= np.sqrt(1.0 - weight * beam.length**2 / (7.837 * bending))
 first = float(frequencies_at_rest(ruler, 1).frequencies[0]) / (2.0 * np.pi)
 pull = 0.1  # N
-held = {"state": "plucked", "place": place, "force": pull}
-pulled = simulate(ruler.replace(end_time=1e-3, base={}, **{f"initial__{key}": value for key, value in held.items()}))
+held = {"initial__state": "plucked", "initial__place": place, "initial__force": pull}
+pulled = simulate(ruler.replace(end_time=1e-3, base={}, **held))
 sag = float(np.interp(place, pulled["station"], pulled["uy"][0]))
 print(f"first frequency: {first:.3f} Hz, by hand {hand:.3f} Hz")
 print(f"stiffness at the stop: {pull / sag:.1f} N/m, by hand {3.0 * bending / place**3:.1f} N/m")
@@ -85,8 +86,8 @@ shape = 0.8624  # of the first mode at the stop, over that at the tip
 edges = [np.sqrt((2 * np.pi * hand) ** 2 + sign * 1.566 * shape * 1.0 / gap) / (2 * np.pi) for sign in (-1.0, 1.0)]
 touching = {way: rows["base.frequency"][rows["impacts_per_period"] > 0.0] for way, rows in ways.items()}
 falls, strikes = (float(jumps.loc[way, "last before"]) for way in ("up", "down"))
-print(f"on the way up it strikes from {touching['up'].min():g} Hz, by hand from {edges[0]:.2f} Hz, to {falls:.2f} Hz")
-print(f"on the way down it strikes from {strikes:.2f} Hz, by hand from {edges[1]:.2f} Hz")
+print(f"way up: it strikes from {touching['up'].min():g} Hz, by hand from {edges[0]:.2f} Hz, to {falls:.2f} Hz")
+print(f"way down: it strikes from {strikes:.2f} Hz, by hand from {edges[1]:.2f} Hz")
 assert 0.0 <= touching["up"].min() - edges[0] <= 0.5
 assert abs(strikes / edges[1] - 1.0) < 2e-3
 assert falls > 1.1 * strikes

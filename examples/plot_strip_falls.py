@@ -9,8 +9,8 @@ By hand it is a body of the mass :math:`m` that falls with :math:`v_n = \sqrt{2 
 
 * the table takes its momentum, :math:`m v_n`, and carries its weight from then on: after the time :math:`t` the
   impulse is :math:`m (v_n + g t)`;
-* friction is :math:`\mu` times as large as that. Already the impact takes :math:`\mu v_n` of the velocity along the
-  table, and what is left, :math:`v_1 = v_0 - \mu v_n`, lasts for a slide of :math:`v_1^2/(2 \mu g)`;
+* friction is :math:`\mu` times as large as that. Already the impact takes :math:`\mu v_n` of the velocity along
+  the table, and what is left, :math:`v_1 = v_0 - \mu v_n`, lasts for a slide of :math:`v_1^2/(2 \mu g)`;
 * the energies :math:`m v_n^2/2` and :math:`m v_0^2/2` are lost.
 """
 
@@ -82,10 +82,10 @@ with figure_style():
 # The impact itself
 # -----------------
 #
-# The table is met at the ends of the elements, while what lies between them still falls, and springs back: a mesh
-# throws the strip up a little, which no continuous strip does. With small steps one sees it, and that it vanishes
-# as the mesh is refined. The sums above are right on any mesh, because a strip that was thrown up falls down again:
-# momentum is kept, and the rest of the energy is lost in later impacts.
+# The table is met at the ends of the elements, while what lies between them still falls, and springs back: a
+# mesh throws the strip up a little, which no continuous strip does. With small steps one sees it, and that it
+# vanishes as the mesh is refined. The sums above are right on any mesh, because a strip that was thrown up
+# falls down again: momentum is kept, and the rest of the energy is lost in later impacts.
 
 print("elements   impulse of the impact over m v_n")
 excess = []
