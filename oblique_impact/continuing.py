@@ -24,10 +24,14 @@ _REFINED = 3
 _PRESSED = 2.0
 
 
-def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[Array, Array, dict[int, Earlier]]:
+def begin_at(
+    beam: Beam, initial_state: History | tuple[Array, Array], keeps_sides: bool = False
+) -> tuple[Array, Array, dict[int, Earlier]]:
     """Return coordinates and velocities that are marched, and the contacts that an earlier run has left closed.
 
-    The points that the beam can touch get the sides on which it is of them: before its model is built.
+    The points that the beam can touch get the sides on which it is of them: before its model is built.  Those of a
+    beam that `keeps_sides` are the scenario's, unless a history knows them: coordinates alone do not say whether
+    it is pressed past a point or behind it.
 
     Raises
     ------
@@ -41,7 +45,7 @@ def begin_at(beam: Beam, initial_state: History | tuple[Array, Array]) -> tuple[
         raise InputError(
             f"initial_state: a history with {found} places of contact, should have {wanted}; give its q and qd"
         )
-    beam.candidates = _on_their_sides(beam, beam.split(q0), history)
+    beam.candidates = _on_their_sides(beam, beam.split(q0), history, keeps_sides)
     return q0, qd0, {} if history is None else _closed(beam, history)
 
 
@@ -65,7 +69,7 @@ def _closed(beam: Beam, history: History) -> dict[int, Earlier]:
     return found
 
 
-def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[ContactPlace]:
+def _on_their_sides(beam: Beam, start: Array, history: History | None, keeps_sides: bool) -> list[ContactPlace]:
     """Return the places of contact with the sides of points from the state [theta, B] that a run starts with.
 
     A history has them in its contact forces, also where the beam is pressed past a point.
@@ -82,7 +86,7 @@ def _on_their_sides(beam: Beam, start: Array, history: History | None) -> list[C
             continue
         x, y, _, _, side, spare = place.numbers
         at, height = axis.nearest(x, y)
-        if abs(height) > _TOUCHING * beam.scenario.beam.length:
+        if not keeps_sides and abs(height) > _TOUCHING * beam.scenario.beam.length:
             side = float(np.sign(height))
         if history is not None:
             side = _side_in(history, i) or side

@@ -70,8 +70,8 @@ class Outcome(Enum):
     )
     TOO_MANY_EVENTS = (
         "too-many-events",
-        "The run exceeded its bound on the number of events; use a shorter end_time or a smaller "
-        "contact.restitution.",
+        "The run exceeded its bound on the number of events; use a shorter end_time, a smaller "
+        "contact.restitution, or, in time-stepping, longer steps.",
     )
     TOO_MANY_STEPS = (
         "too-many-steps",

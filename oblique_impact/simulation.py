@@ -109,11 +109,13 @@ def compute_history(
     parts: Parts = Parts(),
     initial_state: History | tuple[Array, Array] | None = None,
     stops: tuple[float, ...] = (),
+    keeps_sides: bool = False,
 ) -> History:
     """Run a scenario as :func:`simulate` does, for callers that show the warnings in the summary themselves.
 
     A step ends at each of the `stops` (s), also where its length is given, and a sample is there if it is a
-    multiple of the output interval.
+    multiple of the output interval.  A beam that `keeps_sides` is on those sides of points on which the scenario
+    begins, also in coordinates in which it is pressed past them.
     """
     require_scenario(scenario, "simulate")
     parts.check(scenario)
@@ -124,7 +126,7 @@ def compute_history(
             raise InputError('initial_state: only with discretization.method = "modal" or "fem"')
         history = simulate_exact(scenario, on_progress, parts=parts)
     else:
-        beam, problem = _prepared(scenario, parts, initial_state)
+        beam, problem = _prepared(scenario, parts, initial_state, keeps_sides)
         problem = replace(problem, breakpoints=(*problem.breakpoints, *stops))
         record, wall = _march(problem, on_progress)
         samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
@@ -147,17 +149,20 @@ def check_scenario(scenario: Scenario) -> None:
 
         exact_problem(scenario)
     else:
-        _prepared(scenario, Parts(), None)
+        _prepared(scenario, Parts())
 
 
 def _prepared(
-    scenario: Scenario, parts: Parts, initial_state: History | tuple[Array, Array] | None
+    scenario: Scenario,
+    parts: Parts,
+    initial_state: History | tuple[Array, Array] | None = None,
+    keeps_sides: bool = False,
 ) -> tuple[Beam, Problem]:
     """Return the beam of a scenario in small deflections and its problem, with its start."""
     beam = beam_of(scenario, parts)
     start = None
     if initial_state is not None:
-        start = begin_at(beam, initial_state)
+        start = begin_at(beam, initial_state, keeps_sides)
     elif scenario.initial.state != "undeformed":
         start = start_at_rest(beam, parts)
     problem = beam_problem(beam, parts)

@@ -43,11 +43,16 @@ def init(
     notes: list[str] = []
     if recommended:
         from oblique_impact.beam.recommended import recommended as choose
+        from oblique_impact.errors import InputError
 
         # what is given stays; elements take any beam, until it is known whether modes do
         given = [change.partition("=")[0].strip() for change in changes or []]
         free = [] if "discretization.method" in given else ["discretization.method=fem"]
-        chosen, notes = choose(Scenario.load(base, [*free, *(changes or [])]), given)
+        try:
+            asked = Scenario.load(base, [*free, *(changes or [])])
+        except InputError:  # as of a beam that nothing holds: then it is said what is wrong with it as it is
+            asked = Scenario.load(base, changes)
+        chosen, notes = choose(asked, given)
         start_scenario(file, chosen, notes)
     else:
         start_scenario(file, Scenario.load(base, changes) if changes else base)

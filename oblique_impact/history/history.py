@@ -112,6 +112,8 @@ class History:
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history["theta"]``; raises KeyError."""
+        if name in SECTION_FORCES and name not in self:
+            raise KeyError(f'{name}: is computed by a call: history.section_forces()["{name}"]')
         return (self._rates_along() if name in self._computed_rates else self.data)[name]
 
     def __contains__(self, name: object) -> bool:

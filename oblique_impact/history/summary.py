@@ -11,6 +11,7 @@ impacts; energies are evaluated from the states.  `unaccounted` is therefore an 
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -130,11 +131,14 @@ def macro_collisions(contacts: Sequence[Contact], clustering_time: float) -> lis
     Impulses add up, the peak is the largest finite force.
     """
     groups: list[list[Contact]] = []
-    for contact in sorted(contacts, key=lambda contact: contact.start):  # several contacts overlap
-        if groups and contact.start - max(c.end for c in groups[-1]) < clustering_time:
+    ends = -math.inf  # the last group: several contacts overlap
+    for contact in sorted(contacts, key=lambda contact: contact.start):
+        if contact.start - ends < clustering_time:
             groups[-1].append(contact)
+            ends = max(ends, contact.end)
         else:
             groups.append([contact])
+            ends = contact.end
     return [
         MacroCollision(
             start=group[0].start,

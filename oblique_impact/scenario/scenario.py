@@ -118,12 +118,14 @@ class Scenario(ScenarioModel):
 
         A file that the text names is read if the `folder` is given that its path begins in; those that `overrides`
         name begin in the present one.  Keys without effect are refused, but those of a resolved file, which holds
-        every key, and of a text that is not the user's own are left out: there `overrides` alone are meant.
+        every key, and of a text that is not the user's own are left out: there `overrides` alone are meant.  A
+        material or shape among them takes the place of the numbers in the text that it gives.
         """
         data = parse_toml(text, name)
         resolved = DERIVED in data
         _drop_derived(data)
         changed = [apply_change(data, item) for item in overrides or []]
+        _drop_replaced(data, changed)
         try:
             if folder is not None:
                 take_mesh(data, Path() if "discretization.mesh" in changed else folder)
@@ -230,6 +232,18 @@ def _drop_derived(data: dict[str, Any]) -> None:
     for name, value in listed.items():
         if name in flat and flat[name] == value:
             drop_key(data, name)
+
+
+def _drop_replaced(data: dict[str, Any], changed: Collection[str]) -> None:
+    """Remove the numbers of a beam that follow from a material or shape that is `changed`, but changed ones."""
+    givers = {"beam.material": MATERIAL_PROPERTIES, "beam.section": SHAPE_PROPERTIES}
+    givers["beam.section.shape"] = SHAPE_PROPERTIES
+    flat = flat_keys(data)
+    for giver in givers.keys() & set(changed):
+        if flat.get("beam.section.shape" if giver == "beam.section" else giver):
+            for name in (f"beam.{follower}" for follower in givers[giver]):
+                if name in flat and name not in changed:
+                    drop_key(data, name)
 
 
 def _drop_without_effect(data: dict[str, Any], kept: Collection[str]) -> None:

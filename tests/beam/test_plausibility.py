@@ -6,6 +6,8 @@ from oblique_impact import Scenario
 from oblique_impact.beam.validity.plausibility import implausible_values
 from oblique_impact.scenario.scenario import builtin_names
 
+ANYWHERE = ["contact.where=anywhere", "slope.enabled=false", "root.kind=driven", "initial.angle=0"]
+
 # changes of the paper's case -> the beginning of each line, and what it must say
 DOUBTS = {
     "GPa left out": (
@@ -38,7 +40,18 @@ DOUBTS = {
         ["solver.scheme=fixed-step", "solver.free_step=0.002", "forces=[{force=1},{force=1,frequency=50}]"],
         [("solver.free_step: 0.002 s", "1/18 of a period of force 2 of 0.02 s")],
     ),
+    # 0.6 (0.01 m)^2/1 m are 60 um
+    "a peg at the end of a held beam": (
+        [*ANYWHERE, 'obstacles=[{kind="point",origin=[0.99995,-0.01]}]'],
+        [("obstacles.1.origin: 0.99995 m along the beam", "ends at 0.99994 m")],
+    ),
+    "a base that shakes along the beam": (
+        ["base.acceleration=1", "base.frequency=20", "initial.angle=90 deg", "root.kind=driven"],
+        [("base.direction: ", 'across it is "0 deg"')],
+    ),
 }
+#: of the last one: something else bends the beam
+BENT = ("forces=[{force=1}]", "initial.angle=80 deg", "base.direction=1 deg", "initial.angular_velocity=0.1")
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -55,3 +68,16 @@ def test_what_is_hardly_meant_is_named(case):
         assert line.startswith(start)
         assert words in line
         assert len(line.splitlines()) == 1
+
+
+@pytest.mark.parametrize("change", BENT)
+def test_a_base_that_shakes_along_a_beam_is_named_only_where_nothing_bends_it(change):
+    (changes, _) = DOUBTS["a base that shakes along the beam"]
+    kept = [*changes, "root.kind=pin"] if "velocity" in change else changes
+    assert implausible_values(Scenario.builtin("paper", [*kept, change])) == ()
+
+
+def test_a_peg_that_the_end_of_a_held_beam_reaches_is_none():
+    for place in (0.9999, 1.001):
+        near = f'obstacles=[{{kind="point",origin=[{place},-0.01]}}]'
+        assert implausible_values(Scenario.builtin("paper", [*ANYWHERE, near])) == ()

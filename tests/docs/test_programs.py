@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import runpy
+import shlex
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -35,17 +37,35 @@ def test_the_demo_of_the_readme_runs(tmp_path):
     }
 
 
-def test_the_fit_of_the_readme_finds_what_its_data_were_made_with(monkeypatch):
+def fit_line(page: str) -> list[str]:
+    """Words of the first line of a page that fits keys, before the folder of the report."""
+    lines = (ROOT / page).read_text("utf-8").splitlines()
+    return shlex.split(next(x for x in lines if x.startswith("oblique-impact fit ")).partition(" --out")[0])
+
+
+@pytest.mark.parametrize("page", ["docs/howto/fit.md", "docs/what-it-can.md"])
+def test_the_fit_of_the_pages_finds_what_its_data_were_made_with(page, monkeypatch):
     """As the data say, a damping of 2e-4 s and a stop of 2e4 N/m; from one start instead of four."""
     monkeypatch.chdir(ROOT)
-    (line,) = (x for x in Path("README.md").read_text("utf-8").splitlines() if x.startswith("oblique-impact fit "))
-    _, _, scenario, data, *options = line.partition(" --out")[0].split()
+    _, _, scenario, data, *options = fit_line(page)
     assert "kelvin_voigt = 2e-4 s and a stop of 2e4 N/m" in Path(data).read_text("utf-8")
     assert options[::2] == ["--vary", "--vary"]
     found = fit(Scenario.load(scenario), data, vary=options[1::2], starts=1)
     for key, true in {"beam.kelvin_voigt": 2e-4, "contact.stiffness": 2e4}.items():
         low, high = found[key][["low", "high"]]
         assert low < true < high < 2.0 * low
+
+
+def test_the_fit_of_the_readme_needs_nothing_but_the_readme(tmp_path, monkeypatch):
+    """Its data come from the line before; they are two frequencies of a strip of 200 GPa, rounded."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    (line,) = (x for x in (ROOT / "README.md").read_text("utf-8").splitlines() if x.startswith("printf "))
+    subprocess.run(["bash", "-c", line], check=True)
+    _, _, scenario, data, *options = fit_line("README.md")
+    assert options == ["--vary", "beam.youngs_modulus"]
+    low, high = fit(Scenario.load(scenario), data, vary=options[1:], starts=1)[options[1]][["low", "high"]]
+    assert low < 200e9 < high < 1.02 * low
 
 
 HIGHEST = {"angle": 85, "friction": 1.0, "rigid": True, "stiffness": 1e7, "damping": 1e-4, "modes": 8}

@@ -145,7 +145,7 @@ def test_pictures_and_pages_show_it_where_it_flies_and_no_root():
 
 def test_no_settings_are_recommended_for_it(refused, tmp_path):
     words = "init", tmp_path / "a.toml", "--from", "dropped-bar", "--recommended"
-    assert "is of the beam in absolute coordinates" in refused(*words)
+    assert "modes are recommended" in refused(*words)
     assert "modes are recommended" in refused(*words, "--set", "discretization.method=absolute")
 
 

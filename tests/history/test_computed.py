@@ -58,6 +58,8 @@ def test_what_a_file_lacks_is_computed_as_by_the_run_itself(case, run, tmp_path)
     same(found, history)
     same(found.section_forces(), history.section_forces())
     assert set(found) >= RATES
+    with pytest.raises(KeyError, match=r'history.section_forces\(\)\["moment"\]'):
+        found["moment"]
 
 
 @pytest.mark.parametrize("case", WHOLE)

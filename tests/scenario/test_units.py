@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from oblique_impact import Scenario
+from oblique_impact import InputError, Scenario
 from oblique_impact.scenario.materials import MATERIALS
 from tests.refusals import refused_in_one_line
 
@@ -98,6 +98,19 @@ def test_materials_are_those_of_another_handbook():
         assert beam.density == pytest.approx(density, rel=0.015), name
         assert beam.youngs_modulus == pytest.approx(modulus, rel=0.04), name
         assert MATERIALS[name].yield_strength == pytest.approx(strength, rel=0.15), name
+
+
+def test_a_material_or_a_shape_that_is_set_takes_the_place_of_the_numbers_it_gives(tmp_path):
+    """Of a case and of a file; numbers that are set besides are still refused, see `test_consistency`."""
+    section = 'beam.section={shape="rectangle", width="20 mm", height="1 mm"}'
+    (tmp_path / "own.toml").write_text("[beam]\narea = 1e-4\ndensity = 1000.0\nkelvin_voigt = 1e-4\n", "utf-8")
+    for source in ("shaken", str(tmp_path / "own.toml")):
+        beam = Scenario.load(source, ["beam.material=aluminium", section]).beam
+        assert (beam.density, beam.area) == (2700.0, pytest.approx(2e-5))
+        assert beam.kelvin_voigt == Scenario.load(source).beam.kelvin_voigt
+        assert Scenario.load(source, [section]).beam.density == Scenario.load(source).beam.density
+    with pytest.raises(InputError, match="give one of the two"):
+        Scenario.load("shaken", ["beam.material=steel", "beam.density=7000"])
 
 
 def test_texts_in_pairs_and_in_tables_over_x():

@@ -204,6 +204,21 @@ def test_a_gap_is_an_axis_too(tmp_path):
     assert down.get_ydata() == pytest.approx(np.array(samples) * 1e3)  # shown in mm
 
 
+def test_a_strip_that_is_pressed_past_a_point_is_not_behind_it():
+    """From coordinates alone, as of the row before: it comes back to the response that it has from rest."""
+    data = STRIP.model_dump(mode="json", exclude_unset=True) | {"slope": {"enabled": False}}
+    data["obstacles"] = [{"kind": "point", "origin": [0.002, 0.24], "stiffness": 2e3}]
+    data["contact"] = {"where": "anywhere", "normal": "spring", "friction": "frictionless"}
+    point, settings = Scenario.from_dict(data), PeriodicSection(tolerance=1e-4)
+    found = steady_state(point, settings=settings)
+    pressed = int(np.argmin(found["gap"].values))
+    assert found["gap"][pressed] < -1e-5
+    again = steady_state(point, (found["q"].values[pressed], found["qd"].values[pressed]), settings)
+    for extreme in ("least", "largest"):
+        there, back = (response.summary["periodic"][extreme] for response in (found, again))
+        assert back == pytest.approx(there, rel=1e-3)
+
+
 BAD = {
     "base.sweep_rate": ("changes.base.sweep_rate = 1.0", "should be constant, or harmonic"),
     "no period in common": ("changes.forces = [{force = 1.0, frequency = 3.14159}]", "no period in common"),

@@ -62,7 +62,8 @@ RULE = (
     f"within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for this "
     "quantity. Only then is the GCI the uncertainty (with p no higher than declared). Otherwise the "
     f"uncertainty is {SAFETY} times the larger of the last two differences. It is never less than the noise: "
-    "the change of the finest value when that run is repeated with a tenth of solver.tolerance, and 10⁻¹³ of "
+    "the change of the finest value when that run is repeated with a tenth of solver.tolerance (and, for extremes "
+    "among samples, four times as many of them), and 10⁻¹³ of "
     f"the value for rounding. Differences below {ABOVE_NOISE:g} times the noise tell no order.",
     "Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for "
     "places, to the larger of initial and final energy for energies, where these are larger), and the last "

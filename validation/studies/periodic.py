@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -269,10 +270,12 @@ def steady_state(
     settling = scenario.replace(end_time=count * period, solver__output_interval=period / _PER_PERIOD)
     # whole periods, which steps of a given length would miss
     ends = () if located else tuple(number * period for number in range(1, count))
+    # a held beam does not swing round to the other side of a point: where it is there, it is pressed past it
+    march = partial(simulate, on_progress=on_progress, keeps_sides=scenario.root.kind == "driven")
     section, found, last = list[tuple[float, float]](), 0, initial_state
     while not found and len(section) < settings.transient:
         try:
-            history = simulate(settling, on_progress, initial_state=initial_state, stops=ends)
+            history = march(settling, initial_state=initial_state, stops=ends)
         except InputError:
             if initial_state is last:
                 raise
@@ -288,7 +291,7 @@ def steady_state(
         initial_state = (None if found else _limit(history, whole, settings.longest)) or history
     measured = found or _MEASURED
     response = scenario.replace(end_time=measured * period)
-    history = simulate(response, on_progress, initial_state=initial_state)
+    history = march(response, initial_state=initial_state)
     if history.outcome is Outcome.COMPLETED:
         begun = sum(contact.start > 0.0 for contact in history.contacts)
         passed = section[-measured:] if found else section[len(section) // 2 :]

@@ -184,6 +184,11 @@ def decided_at(name: str, history: History) -> float:
         return math.inf
 
 
+def is_of_samples(name: str) -> bool:
+    """Return whether a quantity is the extreme of a variable among the samples, which lies between two of them."""
+    return name.partition(":")[0] in _EXTREMES
+
+
 def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:
     """Scale by which a small value of this unit is measured: the length of the beam, the energy (J) of the run."""
     return {"m": scenario.beam.length, "J": energy}.get(unit, 0.0)

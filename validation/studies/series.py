@@ -19,11 +19,12 @@ from oblique_impact.scenario.section import InputSection
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.studies.convergence import TOLERANCE
 from oblique_impact.validation.studies.design import Keys, check_keys, read_toml, scenario_beside
-from oblique_impact.validation.studies.quantities import default_quantities, quantity
+from oblique_impact.validation.studies.quantities import default_quantities, is_of_samples, quantity
 from oblique_impact.validation.studies.study import StudyRun
 
-#: the run that measures the noise takes this part of the tolerance, within what a scenario allows
-_TIGHTER, _TIGHTEST = 0.1, 1e-13
+#: the run that measures the noise takes this part of the tolerance, within what a scenario allows, and, for
+#: extremes among samples, this part of the time between them
+_TIGHTER, _TIGHTEST, _DENSER = 0.1, 1e-13, 0.25
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,7 @@ class RefinementSeries:
     def runs(self) -> list[StudyRun]:
         """Return the runs: a level each, and the finest once more with a tighter tolerance to measure its noise.
 
+        Where an extreme among samples is asked for, that run has more of them: a sample misses an extreme.
         A fixed-step run, or one over tolerances, has no noise.  Raises InputError for what is not possible.
         """
         for name in self.quantities:
@@ -163,7 +165,10 @@ class RefinementSeries:
         found = [(axis.label, level, axis.change(self.base, level)) for level in self.levels]
         if self.axis != "tolerances" and finest.solver.scheme != "fixed-step":
             tighter = max(_TIGHTER * finest.solver.tolerance, _TIGHTEST)
-            found.append(("noise", self.levels[-1], finest.replace(solver__tolerance=tighter)))
+            denser = _DENSER if any(map(is_of_samples, self.quantities)) else 1.0
+            accurate = {"tolerance": tighter, "output_interval": denser * finest.solver.output_interval}
+            noise = finest.replace(**{f"solver__{key}": value for key, value in accurate.items()})
+            found.append(("noise", self.levels[-1], noise))
         return [
             StudyRun({"series": self.name, "axis": label, "level": level}, scenario, self.quantities)
             for label, level, scenario in found

@@ -25,6 +25,10 @@ MAX_GYRATION = 0.2
 _FIRST_MODE = 3.5160
 #: damping ratio of the first bending mode: metal beams have below 0.01, bolted structures up to this
 MAX_DAMPING = 0.05
+#: of w^2/L, by which the end of a cantilever that a force bends by w comes nearer to its root
+_FORESHORTENING = 0.6
+#: sine of an angle, or acceleration (m/s^2), that is rounding
+_ALONG = 1e-9
 #: steps of a period of base or force: with fewer the second-order error of its impulses is above 1 %
 SHAKING_STEPS = 18
 
@@ -39,6 +43,8 @@ def implausible_values(scenario: Scenario) -> tuple[str, ...]:
             *_shape(scenario, sections),
             *_damping(scenario),
             *_slope_and_step(scenario, sections),
+            *_shaken_along(scenario),
+            *_missed_by_the_end(scenario),
         )
 
 
@@ -115,3 +121,28 @@ def _slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
         if step * fastest * SHAKING_STEPS > 1.0:
             shown = f"a period of {which} of {1.0 / fastest:.3g} s"
             yield f"solver.free_step: {step:g} s is longer than 1/{SHAKING_STEPS} of {shown}"
+
+
+def _shaken_along(s: Scenario) -> Iterator[str]:
+    """Yield a base that shakes along a straight beam, which nothing bends or turns then."""
+    root, start = s.root, s.initial
+    at_rest = start.state == "undeformed" and start.angular_velocity == 0.0
+    driven = root.torque != 0.0 or root.spin_rate != 0.0 or any(force.acts for force in s.forces)
+    across = s.gravity * math.cos(start.angle), math.sin(s.base.direction - start.angle)
+    if s.base.is_shaken and at_rest and not driven and max(map(abs, across)) < _ALONG:
+        degrees = f"{math.degrees(start.angle - 0.5 * math.pi):.4g} deg"
+        yield f'base.direction: the base shakes along the beam, which stays straight; across it is "{degrees}"'
+
+
+def _missed_by_the_end(s: Scenario) -> Iterator[str]:
+    """Yield pegs at the end of a held beam, which passes them by when it bends as far as that."""
+    if not (s.contact.enabled and s.root.kind == "driven" and s.initial.state == "undeformed"):
+        return
+    length = s.beam.length
+    for peg in (point for point in s.obstacle_points if not point.corner):
+        seen = peg.seen_from(s.root_axis, s.initial.angle) - s.root.hub_radius
+        gap = abs(seen.imag) - peg.radius - s.half_depth
+        least = length - _FORESHORTENING * gap**2 / length
+        if least < seen.real <= length * (1.0 + _ALONG):
+            bent = f"a beam that bends to it ends at {least:.6g} m: it passes by"
+            yield f"obstacles.{peg.obstacle}.origin: {seen.real:.6g} m along the beam, and {bent}"
