@@ -106,7 +106,7 @@ with figure_style():
         axes.set(ylabel=label, ylim=(0.0, None))
         for edge in edges:
             axes.axvline(edge, color="0.6", lw=0.8, ls="--")
-    swing.legend(loc="upper right")
+    swing.legend(loc="lower left")
     for edge, way, side in zip(edges, ("up", "down"), ("right", "left"), strict=True):
         stress.text(edge, 1.0, f" by hand,\n way {way} ", ha=side, va="bottom", size="small", color="0.4")
     stress.set(xlabel="frequency of the base (Hz)")
