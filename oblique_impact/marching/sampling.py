@@ -8,7 +8,7 @@ import numpy as np
 
 from oblique_impact.contact.elastic import bears, compression_of, press
 from oblique_impact.contact.forces import add_push, is_free, lambda_n, take_delassus, touch_contacts
-from oblique_impact.contact.state import OBSERVED, PRESSED, Candidate, Contacts
+from oblique_impact.contact.state import OBSERVED, PRESSED, SLIDING, Candidate, Contacts
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import FREE_ACCELERATION, Array, Workspace, copy
 from oblique_impact.marching.equations import OF_A_CONTACT, QUADRATURES, derivative
@@ -29,18 +29,32 @@ class Observation(NamedTuple):
 
 
 @jitable
+def _largest_ratio(c: Candidate) -> float:
+    """Return the largest ratio of the forces of a contact; of a law without stick, that of its branch."""
+    if c.static >= 0.0:
+        return c.static
+    if c.state != SLIDING:  # steps that decide have no branch here
+        return np.inf
+    if c.slope == 0.0:
+        return abs(c.intercept)
+    return max(abs(c.intercept + c.slope * c.lower), abs(c.intercept + c.slope * c.upper))
+
+
+@jitable
 def _inside_cone(c: Candidate, normal: float, tangential: float) -> tuple[float, float]:
     """Return forces (N) of a closed contact, means that a scheme reports, inside of the friction cone.
 
-    Where a contact begins or ends they are means of different forces, which no state need have.
+    Where a contact begins or ends they are means of different forces, which no state need have; where a branch
+    ends they are as far beyond as the end is located.
     """
     push = normal - c.tilt * tangential
     if not push > 0.0:
         return 0.0, 0.0
-    if c.static >= 0.0:  # else a law without stick
-        ratio = c.static if tangential > 0.0 else -c.static
+    largest = _largest_ratio(c)
+    if largest < np.inf:
+        ratio = largest if tangential > 0.0 else -largest
         span = 1.0 - ratio * c.tilt
-        if span > 0.0 and abs(tangential) * span > c.static * push:
+        if span > 0.0 and abs(tangential) * span > largest * push:
             tangential = ratio / span * push
     return push + c.tilt * tangential, tangential
 
