@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import pytest
 
-from oblique_impact.validation.checks.registry import Check, CheckGroup, Measurement
+from oblique_impact.validation.checks.registry import Check, CheckGroup, Measurement, all_checks
 from oblique_impact.validation.suite import select
 
 
@@ -37,3 +39,14 @@ def test_an_error_in_a_check_is_a_failure_with_its_name():
 def test_quick_leaves_out_what_takes_long():
     assert {check.id for check in select()} > {check.id for check in select(quick=True)}
     assert max(check.seconds for check in select(quick=True)) <= 2.0
+
+
+def test_checks_have_one_order_whatever_is_imported_first():
+    listed = "from oblique_impact.validation.checks.registry import all_checks; print(*all_checks())"
+    other = subprocess.run(
+        [sys.executable, "-c", f"import oblique_impact.validation.checks.rods; {listed}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert other.stdout.split() == [*all_checks()]

@@ -134,6 +134,6 @@ def checks_of(group: str, title: str) -> Callable[..., Callable[[Callable[[], Fi
 @cache
 def all_checks() -> dict[str, Check]:
     """Every check by its id, in the order of the report."""
-    for name in _MODULES:
-        import_module(f"oblique_impact.validation.checks.{name}")
-    return dict(_CHECKS)
+    modules = [import_module(f"oblique_impact.validation.checks.{name}").__name__ for name in _MODULES]
+    # some may have been imported before, in another order
+    return dict(sorted(_CHECKS.items(), key=lambda item: modules.index(item[1].function.__module__)))
