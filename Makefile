@@ -21,7 +21,7 @@ demo: install
 	$(BIN)/python examples/paper_demo.py out/demo
 
 test: install
-	@echo "the tests: about ten minutes on two cores"
+	@echo "the tests: about nine minutes on two cores"
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
 
 test-slow: install
